@@ -1,0 +1,109 @@
+//! When will two discs, or a disc and a wall, touch? The time of impact.
+//!
+//! With relative position `d`, relative velocity `w` and reach `s = ra + rb`, contact is at the
+//! smaller root of `|d + w t| = s`. The textbook root loses all digits for near, far or grazing
+//! pairs. Here `B = d.w` and `X = d x w` are taken with one fused operation each, `C = d.d - s^2`
+//! and the discriminant `s^2 w^2 - X^2` in double-double only where they cancel, and the root as
+//! `C / (-B + sqrt(disc))`, which has no subtraction: a few u of relative error in every case.
+//!
+//! Overlapping and approaching means now; overlapping and separating means never again: the
+//! direction of motion decides, no distance tolerance (Bannerman et al., arXiv:1211.6718).
+
+use glam::DVec2;
+
+use crate::exact::{DoubleDouble, UNIT_ROUNDOFF, sum_of_products};
+use crate::world::{Side, Walls};
+
+/// Time until two discs touch, s from now; 0 = they touch already and approach; `None` = never.
+///
+/// `d`: position of the second seen from the first, m; `w`: its relative velocity, m/s; `s`: sum
+/// of the radii, m. Valid while products of four of them neither over- nor underflow.
+pub fn pair_impact(d: DVec2, w: DVec2, s: f64) -> Option<f64> {
+    let b = sum_of_products(d.x, w.x, d.y, w.y);
+    if b >= 0.0 {
+        return None;
+    }
+    let c = clearance(d, s);
+    if c <= 0.0 {
+        return Some(0.0);
+    }
+    let root = discriminant(d, w, s)?.sqrt();
+    Some(c / (root - b))
+}
+
+/// `d.d - s^2`, in double-double where the two are close.
+fn clearance(d: DVec2, s: f64) -> f64 {
+    let (d2, s2) = (d.length_squared(), s * s);
+    if d2 > 2.0 * s2 {
+        return d2 - s2;
+    }
+    let d2 = DoubleDouble::product(d.x, d.x).plus(DoubleDouble::product(d.y, d.y));
+    d2.plus(DoubleDouble::product(s, s).negated()).value()
+}
+
+/// `s^2 w^2 - (d x w)^2`, or `None` if it is negative: the paths pass each other.
+fn discriminant(d: DVec2, w: DVec2, s: f64) -> Option<f64> {
+    let cross = sum_of_products(d.x, w.y, -d.y, w.x).abs();
+    let swept = s * w.length();
+    let margin = swept - cross;
+    if margin > 0.25 * swept {
+        return Some(margin * (swept + cross));
+    }
+    if margin < -0.25 * swept {
+        return None;
+    }
+    let w2 = DoubleDouble::product(w.x, w.x).plus(DoubleDouble::product(w.y, w.y));
+    let cross = DoubleDouble::product(d.x, w.y).plus(DoubleDouble::product(-d.y, w.x));
+    let exact = DoubleDouble::product(s, s).times(w2).plus(cross.times(cross).negated()).value();
+    (exact >= 0.0).then_some(exact)
+}
+
+/// Whether the pair could touch within `horizon` seconds: cheap, and never wrongly `false`.
+///
+/// Rejects receding pairs and those whose lower bound `C / (2 |B|)` lies beyond the horizon.
+pub fn may_meet_within(d: DVec2, w: DVec2, s: f64, horizon: f64) -> bool {
+    let (bx, by) = (d.x * w.x, d.y * w.y);
+    let b = bx + by;
+    if b > 4.0 * UNIT_ROUNDOFF * (bx.abs() + by.abs()) {
+        return false;
+    }
+    let (d2, s2) = (d.length_squared(), s * s);
+    let c = d2 - s2 - 8.0 * UNIT_ROUNDOFF * (d2 + s2);
+    let slowest = bx.abs() + by.abs();
+    // Near-tangential motion makes |B| inexact; its bound by the sum of terms is always safe.
+    let closing = if -b > 0.5 * slowest { -b } else { slowest };
+    c <= 2.0 * closing * horizon * (1.0 + 16.0 * UNIT_ROUNDOFF)
+}
+
+/// The next wall that a disc reaches and the time until then, s; 0 = it is at or beyond the wall
+/// and moves outwards. `None` without velocity. Of two walls at once, x comes first.
+pub fn wall_impact(position: DVec2, velocity: DVec2, radius: f64, walls: &Walls) -> Option<Hit> {
+    let x = axis_impact(position.x, velocity.x, walls.min.x + radius, walls.max.x - radius)
+        .map(|(time, upper)| Hit { time, side: if upper { Side::Right } else { Side::Left } });
+    let y = axis_impact(position.y, velocity.y, walls.min.y + radius, walls.max.y - radius)
+        .map(|(time, upper)| Hit { time, side: if upper { Side::Top } else { Side::Bottom } });
+    match (x, y) {
+        (Some(x), Some(y)) => Some(if y.time < x.time { y } else { x }),
+        (x, y) => x.or(y),
+    }
+}
+
+/// When and which wall.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Time until the hit, s.
+    pub time: f64,
+    /// The wall.
+    pub side: Side,
+}
+
+/// Time to the bound ahead on one axis, and whether that is the upper one.
+fn axis_impact(x: f64, v: f64, low: f64, high: f64) -> Option<(f64, bool)> {
+    let upper = v > 0.0;
+    let ahead = if upper { high - x } else { low - x };
+    if v == 0.0 {
+        return None;
+    }
+    let inside = if upper { ahead > 0.0 } else { ahead < 0.0 };
+    Some((if inside { ahead / v } else { 0.0 }, upper))
+}

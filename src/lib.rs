@@ -1,0 +1,50 @@
+//! Collisions between circles in the plane: exact, fast, honest.
+//!
+//! The path of a message, which is also the order of the rooms:
+//!
+//! ```text
+//! topics -> receive -> world.step: apply -> detect -> resolve -> advance -> publish -> topics
+//!             |          |                    |          |          |          |
+//!      messages become   the nouns, and   what touches,  the pair   motion:   results
+//!      commands, or a    the one page     and when       law        an arena  become
+//!      refusal           that steps                                 moves on  messages
+//! ```
+//!
+//! | room | holds |
+//! |---|---|
+//! | [`messages`] | mirrors of `msg/*.msg` |
+//! | [`receive`] | messages to reports and commands |
+//! | [`world`] | the nouns, the limits, [`World::step`](world::World::step) |
+//! | [`detect`] | touching now, touching when |
+//! | [`resolve`] | the pair law, walls, many contacts at once |
+//! | [`motion`] | the methods that advance an arena |
+//! | [`plan`] | what a scene needs, and what is left out |
+//! | [`publish`] | results to messages |
+//! | [`scene`] | YAML scenes, random pucks from a seed |
+//! | [`exact`] | error-free arithmetic, under all of the above |
+//! | `node` | the ROS 2 node; the only room that names a ROS crate (feature `ros`) |
+//!
+//! All but the node knows no ROS, no wall clock and no topic. Units are SI, vectors are in one
+//! fixed frame.
+#![warn(missing_docs)]
+#![forbid(unsafe_code)]
+
+pub mod messages;
+
+pub mod receive;
+
+pub mod world;
+
+pub mod detect;
+
+pub mod resolve;
+
+pub mod motion;
+
+pub mod plan;
+
+pub mod publish;
+
+pub mod scene;
+
+pub mod exact;

@@ -1,0 +1,138 @@
+//! The messages on the wire: mirrors of `msg/*.msg` and of the few standard types that carom uses.
+//!
+//! Fields stand in the order of the .msg files, which a test compares; there each has its unit and
+//! frame. Nothing here computes.
+#![allow(missing_docs, reason = "each field is documented in its .msg file")]
+
+use serde::{Deserialize, Serialize};
+
+/// builtin_interfaces/msg/Time
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Time {
+    pub sec: i32,
+    pub nanosec: u32,
+}
+
+impl Time {
+    /// In seconds.
+    pub fn as_seconds(self) -> f64 {
+        f64::from(self.sec) + f64::from(self.nanosec) * 1e-9
+    }
+
+    /// The nearest nanosecond; beyond the range of the message, its ends.
+    pub fn from_seconds(seconds: f64) -> Self {
+        let whole = seconds.floor();
+        let nanosec = ((seconds - whole) * 1e9).round() as u32;
+        let carry = nanosec / 1_000_000_000;
+        Self { sec: (whole as i32).saturating_add(carry as i32), nanosec: nanosec % 1_000_000_000 }
+    }
+}
+
+/// std_msgs/msg/Header
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Header {
+    pub stamp: Time,
+    pub frame_id: String,
+}
+
+/// geometry_msgs/msg/Vector3
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Vector3 {
+    pub x: f64,
+    pub y: f64,
+    pub z: f64,
+}
+
+/// geometry_msgs/msg/Twist
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Twist {
+    pub linear: Vector3,
+    pub angular: Vector3,
+}
+
+/// carom/msg/CircleState
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct CircleState {
+    pub id: u32,
+    pub x: f64,
+    pub y: f64,
+    pub vx: f64,
+    pub vy: f64,
+    pub radius: f64,
+    pub mass: f64,
+}
+
+/// carom/msg/CircleStates
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct CircleStates {
+    pub header: Header,
+    pub part: u32,
+    pub parts: u32,
+    pub circles: Vec<CircleState>,
+}
+
+/// carom/msg/CircleVelocity
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct CircleVelocity {
+    pub id: u32,
+    pub vx: f64,
+    pub vy: f64,
+}
+
+/// carom/msg/CircleVelocities
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct CircleVelocities {
+    pub header: Header,
+    pub part: u32,
+    pub parts: u32,
+    pub velocities: Vec<CircleVelocity>,
+}
+
+/// carom/msg/Contact
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Contact {
+    pub a: u32,
+    pub b: u32,
+    pub point_x: f64,
+    pub point_y: f64,
+    pub normal_x: f64,
+    pub normal_y: f64,
+    pub gap: f64,
+    pub approach_speed: f64,
+    pub impulse: f64,
+    pub energy_loss: f64,
+    pub time: f64,
+}
+
+impl Contact {
+    /// The value of `b` where `a` has hit a wall.
+    pub const WALL: u32 = 4_294_967_295;
+}
+
+/// carom/msg/Contacts
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Contacts {
+    pub header: Header,
+    pub part: u32,
+    pub parts: u32,
+    pub contacts: Vec<Contact>,
+}
+
+/// carom/msg/ErrorReport
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ErrorReport {
+    pub header: Header,
+    pub method: String,
+    pub step_mean_s: f64,
+    pub step_p99_s: f64,
+    pub step_max_s: f64,
+    pub contacts_per_second: f64,
+    pub real_time_factor: f64,
+    pub energy: f64,
+    pub relative_energy_drift: f64,
+    pub momentum_drift: f64,
+    pub largest_overlap: f64,
+    pub refused_causes: Vec<String>,
+    pub refused_counts: Vec<u64>,
+    pub left_out: Vec<String>,
+}

@@ -1,0 +1,59 @@
+//! The plan: what a scene needs, decided once and only here. What it does not need is left out.
+
+use crate::motion::plain::Laws;
+use crate::world::{Disc, Settings};
+
+/// Up to so many discs looking at all pairs is quicker than building a grid (measured: `cargo
+/// bench --bench resolver`).
+const ALL_PAIRS_UP_TO: usize = 48;
+
+/// The contact time of the collapse model in units of radius over speed: far below any mean free
+/// time, so that a gas does not notice it (Luding, McNamara, doi:10.1007/s100350050017).
+const CONTACT_TIME_SCALE: f64 = 1e-5;
+
+/// How touching pairs are found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BroadPhase {
+    /// Every pair is looked at.
+    AllPairs,
+    /// A uniform grid.
+    Grid,
+}
+
+/// What was decided for one scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plan {
+    /// Scale of event times, s: radius over speed.
+    pub epoch: f64,
+    /// Contact time of the collapse model, s; 0 = left out.
+    pub contact_time: f64,
+}
+
+impl Plan {
+    /// Decides for these settings and pucks.
+    pub fn of(settings: &Settings, pucks: &[Disc]) -> Self {
+        let radius = pucks.iter().map(|puck| puck.radius).fold(f64::INFINITY, f64::min);
+        let speed = pucks.iter().map(|puck| puck.velocity.length()).fold(0.0, f64::max);
+        let scale = radius / speed;
+        // Pucks at rest, which commands will set in motion: at something like 1 m/s.
+        let epoch = if scale.is_finite() && scale > 0.0 { scale } else { radius.min(1.0) };
+        let wall = settings.walls.map_or(1.0, |walls| walls.restitution);
+        let loses_energy = settings.restitution.min(wall) < 1.0;
+        let contact_time = settings.contact_time.unwrap_or(CONTACT_TIME_SCALE * epoch);
+        Self { epoch, contact_time: if loses_energy { contact_time } else { 0.0 } }
+    }
+
+    /// The laws of the arena, with the parts that it needs.
+    pub fn laws(&self, settings: &Settings) -> Laws {
+        Laws {
+            restitution: settings.restitution,
+            walls: settings.walls,
+            contact_time: self.contact_time,
+        }
+    }
+
+    /// How to find the touching pairs of so many discs.
+    pub fn broad_phase(&self, discs: usize) -> BroadPhase {
+        if discs <= ALL_PAIRS_UP_TO { BroadPhase::AllPairs } else { BroadPhase::Grid }
+    }
+}

@@ -1,0 +1,57 @@
+//! Publish: what one step says outward becomes messages. Nothing here computes physics.
+
+use glam::DVec2;
+
+use crate::messages::{
+    CircleState, CircleStates, CircleVelocities, CircleVelocity, Contact, Contacts, Header,
+};
+use crate::world::{self, Disc, DiscId, Partner};
+
+/// `corrected_velocities`
+pub fn corrected_velocities(header: Header, velocities: &[(DiscId, DVec2)]) -> CircleVelocities {
+    let message = |&(id, v): &(DiscId, DVec2)| CircleVelocity { id, vx: v.x, vy: v.y };
+    CircleVelocities {
+        header,
+        part: 0,
+        parts: 0,
+        velocities: velocities.iter().map(message).collect(),
+    }
+}
+
+/// `contacts`
+pub fn contacts(header: Header, contacts: &[world::Contact]) -> Contacts {
+    Contacts { header, part: 0, parts: 0, contacts: contacts.iter().map(contact).collect() }
+}
+
+fn contact(contact: &world::Contact) -> Contact {
+    Contact {
+        a: contact.a,
+        b: match contact.b {
+            Partner::Disc(id) => id,
+            Partner::Wall(_) => Contact::WALL,
+        },
+        point_x: contact.point.x,
+        point_y: contact.point.y,
+        normal_x: contact.normal.x,
+        normal_y: contact.normal.y,
+        gap: contact.gap,
+        approach_speed: contact.approach_speed,
+        impulse: contact.impulse,
+        energy_loss: contact.energy_loss,
+        time: contact.time,
+    }
+}
+
+/// `arena_states`
+pub fn arena_states(header: Header, discs: impl Iterator<Item = Disc>) -> CircleStates {
+    let message = |disc: Disc| CircleState {
+        id: disc.id,
+        x: disc.position.x,
+        y: disc.position.y,
+        vx: disc.velocity.x,
+        vy: disc.velocity.y,
+        radius: disc.radius,
+        mass: disc.mass,
+    };
+    CircleStates { header, part: 0, parts: 0, circles: discs.map(message).collect() }
+}

@@ -1,0 +1,378 @@
+//! The scene format: YAML, each key with its unit and range, every error with its place.
+//!
+//! Unknown keys, numbers out of range, repeated names or ids and overlapping starts are refused.
+
+use std::collections::HashSet;
+
+use glam::DVec2;
+use serde::Deserialize;
+use serde_saphyr::{Location, Spanned};
+
+use super::batch::{Batch, Placed, Range};
+use super::{NodeSettings, Puck, Scene, SceneError};
+use crate::detect;
+use crate::detect::touching::overlap;
+use crate::plan::BroadPhase;
+use crate::world::{Disc, Settings, Walls, limits};
+
+/// Grey: the colour of pucks that name none.
+const DEFAULT_COLOUR: [u8; 4] = [128, 128, 128, 255];
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SceneFile {
+    name: Option<String>,
+    restitution: Option<Spanned<f64>>,
+    contact_time_s: Option<Spanned<f64>>,
+    walls: Option<Spanned<WallsFile>>,
+    #[serde(default)]
+    pucks: Vec<Spanned<PuckFile>>,
+    #[serde(default)]
+    batches: Vec<Spanned<BatchFile>>,
+    #[serde(default)]
+    node: NodeFile,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WallsFile {
+    x: [f64; 2],
+    y: [f64; 2],
+    restitution: Option<Spanned<f64>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PuckFile {
+    name: Spanned<String>,
+    id: Option<u32>,
+    position: [f64; 2],
+    #[serde(default)]
+    velocity: [f64; 2],
+    radius: f64,
+    mass: Option<f64>,
+    colour: Option<Spanned<String>>,
+    driven: Option<bool>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BatchFile {
+    name: Spanned<String>,
+    count: Spanned<usize>,
+    #[serde(default)]
+    seed: u64,
+    radius: Spanned<Amount>,
+    mass: Option<Spanned<Amount>>,
+    speed: Option<Spanned<f64>>,
+    region: Option<Spanned<WallsFile>>,
+    colour: Option<Spanned<String>>,
+    driven: Option<bool>,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Amount {
+    One(f64),
+    Range([f64; 2]),
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct NodeFile {
+    publish_rate_hz: Option<Spanned<f64>>,
+    stale_after_s: Option<Spanned<f64>>,
+    contact_margin_m: Option<Spanned<f64>>,
+    frame_id: Option<String>,
+    circle_topics: Option<Spanned<Vec<String>>>,
+}
+
+/// Reads a scene from YAML; `file` is its name in errors.
+///
+/// # Errors
+/// [`SceneError`] with line and column.
+pub fn parse(text: &str, file: &str) -> Result<Scene, SceneError> {
+    let scene: SceneFile = serde_saphyr::from_str(text).map_err(|error| {
+        let place = error.location().map(|place| (place.line(), place.column()));
+        // The library shows the lines around it and repeats the place: one line is our rule.
+        let message = error.without_snippet().to_string().replace('\n', " ");
+        SceneError { file: file.to_owned(), place, message }
+    })?;
+    Reader { file, names: HashSet::new(), ids: HashSet::new(), pucks: Vec::new() }.read(&scene)
+}
+
+/// Checks a scene and builds it.
+struct Reader<'a> {
+    file: &'a str,
+    names: HashSet<String>,
+    ids: HashSet<u32>,
+    pucks: Vec<Puck>,
+}
+
+type Checked<T> = Result<T, SceneError>;
+
+impl Reader<'_> {
+    fn read(mut self, scene: &SceneFile) -> Checked<Scene> {
+        let restitution = self.fraction("restitution", &scene.restitution, 1.0)?;
+        let walls = match &scene.walls {
+            Some(walls) => Some(self.walls("walls", walls, restitution)?),
+            None => None,
+        };
+        let contact_time = match &scene.contact_time_s {
+            Some(_) => Some(self.at_least_0("contact_time_s", &scene.contact_time_s, 0.0)?),
+            None => None,
+        };
+        self.ids.extend(scene.pucks.iter().filter_map(|puck| puck.value.id));
+        self.read_pucks(&scene.pucks, walls)?;
+        self.read_batches(&scene.batches, walls)?;
+        let node = &scene.node;
+        let stale_default = limits::STALE_AFTER_S;
+        let settings = Settings {
+            restitution,
+            walls,
+            contact_time,
+            contact_margin: self.at_least_0("contact_margin_m", &node.contact_margin_m, 0.0)?,
+            stale_after: self.above_0("stale_after_s", &node.stale_after_s, stale_default)?,
+        };
+        let node = self.node(node)?;
+        self.pucks.sort_by_key(|puck| puck.disc.id);
+        let name = scene.name.clone().unwrap_or_else(|| self.file.to_owned());
+        Ok(Scene { name, settings, pucks: self.pucks, node })
+    }
+
+    fn node(&self, node: &NodeFile) -> Checked<NodeSettings> {
+        let rate_default = limits::PUBLISH_RATE_HZ;
+        let publish_rate_hz =
+            self.above_0("publish_rate_hz", &node.publish_rate_hz, rate_default)?;
+        let circle_topics = match &node.circle_topics {
+            Some(topics) => topics.value.clone(),
+            None => vec!["circle_states".to_owned()],
+        };
+        if let Some(topic) = circle_topics.iter().find(|topic| !is_topic(topic)) {
+            let place = node.circle_topics.as_ref().map(|topics| topics.referenced);
+            let message = format!("circle_topics: `{topic}` is not a topic name");
+            return Err(self.error(place, message));
+        }
+        let frame_id = node.frame_id.clone().unwrap_or_else(|| "map".to_owned());
+        Ok(NodeSettings { publish_rate_hz, frame_id, circle_topics })
+    }
+
+    fn read_pucks(&mut self, pucks: &[Spanned<PuckFile>], walls: Option<Walls>) -> Checked<()> {
+        let mut used = HashSet::new();
+        for puck in pucks {
+            let (place, puck) = (Some(puck.referenced), &puck.value);
+            let name = self.name(&puck.name)?;
+            let id = self.id(puck.id);
+            if !used.insert(id) {
+                return Err(self.error(place, format!("puck `{name}`: id {id} is taken")));
+            }
+            let disc = Disc {
+                id,
+                position: DVec2::from_array(puck.position),
+                velocity: DVec2::from_array(puck.velocity),
+                radius: puck.radius,
+                mass: puck.mass.unwrap_or(1.0),
+            };
+            if let Some(defect) = disc.defect() {
+                return Err(self.error(place, format!("puck `{name}`: {defect}")));
+            }
+            if walls.is_some_and(|walls| !walls.contain(disc.position, disc.radius)) {
+                let message = format!("puck `{name}` must lie inside the walls");
+                return Err(self.error(place, message));
+            }
+            let colour = self.colour(&puck.colour)?;
+            let driven = puck.driven.unwrap_or(true);
+            self.pucks.push(Puck { name, disc, colour, driven });
+        }
+        self.no_overlaps(pucks)
+    }
+
+    fn no_overlaps(&self, pucks: &[Spanned<PuckFile>]) -> Checked<()> {
+        let discs: Vec<Disc> = self.pucks.iter().map(|puck| puck.disc).collect();
+        let pairs = detect::touching_pairs(&discs, 0.0, BroadPhase::Grid)
+            .map_err(|error| self.error(None, error.to_string()))?;
+        let first = pairs.into_iter().find(|&(i, j)| overlap(&discs[i], &discs[j]));
+        let Some((i, j)) = first else { return Ok(()) };
+        let (a, b) = (&self.pucks[i].name, &self.pucks[j].name);
+        let message = format!("puck `{b}` overlaps puck `{a}`: part them, or let them just touch");
+        Err(self.error(Some(pucks[j].referenced), message))
+    }
+
+    fn read_batches(
+        &mut self,
+        batches: &[Spanned<BatchFile>],
+        walls: Option<Walls>,
+    ) -> Checked<()> {
+        for batch in batches {
+            let (place, file) = (Some(batch.referenced), &batch.value);
+            let base = self.name(&file.name)?;
+            let batch = self.batch(file, walls, place)?;
+            let colour = self.colour(&file.colour)?;
+            let ids: Vec<u32> = (0..batch.count).map(|_| self.id(None)).collect();
+            let discs: Vec<Disc> = self.pucks.iter().map(|puck| puck.disc).collect();
+            let placed = Placed::new(&discs, batch.radius.max).add_batch(&batch, &ids);
+            let discs = placed.map_err(|count| {
+                let message = format!(
+                    "batch `{base}`: only {count} of {} pucks found a place; fewer or smaller \
+                     ones, or more room",
+                    batch.count
+                );
+                self.error(place, message)
+            })?;
+            for (k, disc) in discs.into_iter().enumerate() {
+                let name = format!("{base}_{k}");
+                if !self.names.insert(name.clone()) {
+                    return Err(self.error(place, format!("the name `{name}` is taken")));
+                }
+                let driven = file.driven.unwrap_or(false);
+                self.pucks.push(Puck { name, disc, colour, driven });
+            }
+        }
+        Ok(())
+    }
+
+    fn batch(
+        &self,
+        file: &BatchFile,
+        walls: Option<Walls>,
+        place: Option<Location>,
+    ) -> Checked<Batch> {
+        let region = match (&file.region, walls) {
+            (Some(region), _) => self.walls("region", region, 1.0)?,
+            (None, Some(walls)) => walls,
+            (None, None) => {
+                return Err(self.error(place, "a batch without walls needs a `region`".to_owned()));
+            }
+        };
+        if let Some(walls) =
+            walls.filter(|walls| !walls.contain(region.min, 0.0) || !walls.contain(region.max, 0.0))
+        {
+            let message = format!("the region must lie inside the walls {walls:?}");
+            return Err(self.error(place, message));
+        }
+        let count = file.count.value;
+        if count > limits::PUCKS_PER_SCENE - self.pucks.len() {
+            let message = format!("count: at most {} pucks", limits::PUCKS_PER_SCENE);
+            return Err(self.error(Some(file.count.referenced), message));
+        }
+        let one = Spanned::new(Amount::One(1.0), Location::UNKNOWN, Location::UNKNOWN);
+        Ok(Batch {
+            count,
+            seed: file.seed,
+            radius: self.range("radius", &file.radius)?,
+            mass: self.range("mass", file.mass.as_ref().unwrap_or(&one))?,
+            speed: self.at_least_0("speed", &file.speed, 0.0)?,
+            region,
+        })
+    }
+
+    fn walls(&self, key: &str, walls: &Spanned<WallsFile>, restitution: f64) -> Checked<Walls> {
+        let WallsFile { x, y, restitution: own } = &walls.value;
+        let ordered = |[low, high]: [f64; 2]| low < high && low.is_finite() && high.is_finite();
+        if !ordered(*x) || !ordered(*y) {
+            let message = format!("{key}: x and y must be [low, high] with low below high");
+            return Err(self.error(Some(walls.referenced), message));
+        }
+        Ok(Walls {
+            min: DVec2::new(x[0], y[0]),
+            max: DVec2::new(x[1], y[1]),
+            restitution: self.fraction("restitution", own, restitution)?,
+        })
+    }
+
+    /// A name that is new and a token of topic names.
+    fn name(&mut self, name: &Spanned<String>) -> Checked<String> {
+        let place = Some(name.referenced);
+        if !is_token(&name.value) {
+            let message = format!(
+                "name `{}`: letters, digits and single _, not beginning with a digit",
+                name.value
+            );
+            return Err(self.error(place, message));
+        }
+        if !self.names.insert(name.value.clone()) {
+            return Err(self.error(place, format!("the name `{}` is taken", name.value)));
+        }
+        Ok(name.value.clone())
+    }
+
+    /// The id wished for, or the next free one.
+    fn id(&mut self, wished: Option<u32>) -> u32 {
+        if let Some(id) = wished {
+            return id;
+        }
+        let mut id = limits::FIRST_PUCK_ID + self.pucks.len() as u32;
+        while !self.ids.insert(id) {
+            id += 1;
+        }
+        id
+    }
+
+    fn colour(&self, colour: &Option<Spanned<String>>) -> Checked<[u8; 4]> {
+        let Some(colour) = colour else { return Ok(DEFAULT_COLOUR) };
+        let parsed = csscolorparser::parse(&colour.value).map_err(|_| {
+            let message = format!("colour `{}`: a CSS colour such as \"#d62728\"", colour.value);
+            self.error(Some(colour.referenced), message)
+        })?;
+        Ok(parsed.to_rgba8())
+    }
+
+    fn range(&self, key: &str, amount: &Spanned<Amount>) -> Checked<Range> {
+        let (min, max) = match amount.value {
+            Amount::One(value) => (value, value),
+            Amount::Range([min, max]) => (min, max),
+        };
+        if min > 0.0 && min <= max && max.is_finite() {
+            return Ok(Range { min, max });
+        }
+        let message = format!("{key}: a number above 0, or [smallest, largest]");
+        Err(self.error(Some(amount.referenced), message))
+    }
+
+    fn fraction(&self, key: &str, value: &Option<Spanned<f64>>, default: f64) -> Checked<f64> {
+        self.number(key, value, default, |x| (0.0..=1.0).contains(&x), "from 0 to 1")
+    }
+
+    fn at_least_0(&self, key: &str, value: &Option<Spanned<f64>>, default: f64) -> Checked<f64> {
+        self.number(key, value, default, |x| x >= 0.0 && x.is_finite(), "0 or more")
+    }
+
+    fn above_0(&self, key: &str, value: &Option<Spanned<f64>>, default: f64) -> Checked<f64> {
+        self.number(key, value, default, |x| x > 0.0 && x.is_finite(), "above 0")
+    }
+
+    fn number(
+        &self,
+        key: &str,
+        value: &Option<Spanned<f64>>,
+        default: f64,
+        right: impl Fn(f64) -> bool,
+        wanted: &str,
+    ) -> Checked<f64> {
+        match value {
+            None => Ok(default),
+            Some(number) if right(number.value) => Ok(number.value),
+            Some(number) => {
+                let message = format!("{key} = {}, must be {wanted}", number.value);
+                Err(self.error(Some(number.referenced), message))
+            }
+        }
+    }
+
+    fn error(&self, place: Option<Location>, message: String) -> SceneError {
+        let place = place.map(|place| (place.line(), place.column()));
+        SceneError { file: self.file.to_owned(), place, message }
+    }
+}
+
+/// Whether a word may stand between the slashes of a topic name.
+fn is_token(word: &str) -> bool {
+    let letters = word.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+    let begins_well = word.starts_with(|c: char| c.is_ascii_alphabetic());
+    letters && begins_well && !word.contains("__")
+}
+
+/// Whether a text is a relative or absolute topic name.
+fn is_topic(name: &str) -> bool {
+    name.strip_prefix('/').unwrap_or(name).split('/').all(is_token)
+}

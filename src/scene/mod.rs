@@ -1,0 +1,102 @@
+//! Scenes: an arena and its pucks, from a YAML file or shipped with the program.
+//!
+//! [`file`] is the format and its checks, [`batch`] places random pucks from a seed, [`shipped`]
+//! are the scenes in `config/`. Nothing here moves.
+
+pub mod file;
+
+pub mod batch;
+
+pub mod shipped;
+
+use std::fmt;
+use std::path::Path;
+
+use crate::world::{Disc, Settings, World, limits};
+
+/// Everything that a run begins with.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// What it is, for people.
+    pub name: String,
+    /// The laws and settings of its world.
+    pub settings: Settings,
+    /// The simulated pucks, in the order of their ids.
+    pub pucks: Vec<Puck>,
+    /// How the node runs it.
+    pub node: NodeSettings,
+}
+
+impl Scene {
+    /// Reads the shipped scene of this name, or else the file at this path.
+    ///
+    /// # Errors
+    /// [`SceneError`] with file, line and column where there is one.
+    pub fn load(name_or_path: &str) -> Result<Self, SceneError> {
+        if let Some((file, text)) = shipped::find(name_or_path) {
+            return file::parse(text, file);
+        }
+        let error =
+            |message: String| SceneError { file: name_or_path.to_owned(), place: None, message };
+        let path = Path::new(name_or_path);
+        let size = path.metadata().map_err(|cause| {
+            let names: Vec<&str> = shipped::names().collect();
+            error(format!("{cause}; a path to a scene, or one of {}", names.join(", ")))
+        })?;
+        if size.len() > limits::SCENE_FILE_BYTES {
+            return Err(error(format!("larger than {} bytes", limits::SCENE_FILE_BYTES)));
+        }
+        let text = std::fs::read_to_string(path).map_err(|cause| error(cause.to_string()))?;
+        file::parse(&text, name_or_path)
+    }
+
+    /// The world at time 0.
+    pub fn world(&self) -> World {
+        let discs: Vec<Disc> = self.pucks.iter().map(|puck| puck.disc).collect();
+        World::new(self.settings, &discs)
+    }
+}
+
+/// A simulated puck.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Puck {
+    /// Its name, a token of topic names.
+    pub name: String,
+    /// Its id and its state at time 0.
+    pub disc: Disc,
+    /// Red, green, blue, opacity.
+    pub colour: [u8; 4],
+    /// Whether `pucks/<name>/cmd_vel` sets its velocity.
+    pub driven: bool,
+}
+
+/// How the node runs a scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NodeSettings {
+    /// Rate of `arena_states`, 1/s of simulated time.
+    pub publish_rate_hz: f64,
+    /// Frame of everything that the arena publishes.
+    pub frame_id: String,
+    /// Topics on which circles are reported.
+    pub circle_topics: Vec<String>,
+}
+
+/// Why a scene was refused: one line.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub struct SceneError {
+    /// The file, as it was named.
+    pub file: String,
+    /// Line and column, from 1.
+    pub place: Option<(u64, u64)>,
+    /// What is wrong, and what would be right.
+    pub message: String,
+}
+
+impl fmt::Display for SceneError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.place {
+            Some((line, column)) => write!(f, "{}:{line}:{column}: {}", self.file, self.message),
+            None => write!(f, "{}: {}", self.file, self.message),
+        }
+    }
+}

@@ -1,0 +1,65 @@
+//! A disc: the one body that carom knows, whether simulated or observed.
+//!
+//! Never put motion or contact formulas here.
+
+use glam::DVec2;
+
+/// Number of a disc on every topic; unique in a world. `Contact.WALL` is not one.
+pub type DiscId = u32;
+
+/// A circle in the plane with its state at one instant. SI units, one fixed frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Disc {
+    /// Number on the topics.
+    pub id: DiscId,
+    /// Centre, m.
+    pub position: DVec2,
+    /// Velocity of the centre, m/s.
+    pub velocity: DVec2,
+    /// Radius, m; above 0.
+    pub radius: f64,
+    /// Mass, kg; above 0, infinite = no contact changes its velocity.
+    pub mass: f64,
+}
+
+impl Disc {
+    /// Kinetic energy, J; 0 for an infinite mass, whose energy no contact changes.
+    pub fn kinetic_energy(&self) -> f64 {
+        if self.mass.is_finite() { 0.5 * self.mass * self.velocity.length_squared() } else { 0.0 }
+    }
+
+    /// The first thing wrong with the numbers, if any: the field and what would be right.
+    pub fn defect(&self) -> Option<Defect> {
+        let finite = [
+            ("x", self.position.x),
+            ("y", self.position.y),
+            ("vx", self.velocity.x),
+            ("vy", self.velocity.y),
+            ("radius", self.radius),
+        ];
+        let not_finite = finite.into_iter().find(|(_, value)| !value.is_finite());
+        if let Some((field, value)) = not_finite {
+            return Some(Defect { field, value, wanted: "a finite number" });
+        }
+        if self.radius <= 0.0 {
+            return Some(Defect { field: "radius", value: self.radius, wanted: "above 0 m" });
+        }
+        if self.mass <= 0.0 || self.mass.is_nan() {
+            let wanted = "above 0 kg (inf = fixed)";
+            return Some(Defect { field: "mass", value: self.mass, wanted });
+        }
+        None
+    }
+}
+
+/// Why a disc is refused.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("{field} = {value}, must be {wanted}")]
+pub struct Defect {
+    /// Name of the field in `CircleState`.
+    pub field: &'static str,
+    /// What it held.
+    pub value: f64,
+    /// What would be right.
+    pub wanted: &'static str,
+}

@@ -1,0 +1,46 @@
+//! Numbers with a unit and no derivation: the bounds that keep a bad input from doing harm.
+//!
+//! An error about one of them names it, and the setting to raise where there is one.
+
+/// Most circles accepted in one message.
+pub const CIRCLES_PER_MESSAGE: usize = 200_000;
+
+/// Most observed circles held at once, over all publishers.
+pub const OBSERVED_CIRCLES: usize = 200_000;
+
+/// Most pucks in a scene.
+pub const PUCKS_PER_SCENE: usize = 1_000_000;
+
+/// Largest scene file read, bytes.
+pub const SCENE_FILE_BYTES: u64 = 64 << 20;
+
+/// Most events in one advance of an arena: the loop gets its turn again after so many.
+pub const EVENTS_PER_ADVANCE: usize = 100_000;
+
+/// Events at one instant before an arena is called stalled; one more for each of so many discs.
+pub const EVENTS_PER_INSTANT: usize = 2_000;
+
+/// Further events at one instant for every disc: a lattice may meet, or collapse, all at once.
+pub const EVENTS_PER_INSTANT_AND_DISC: usize = 300;
+
+/// Contacts in a row, each within the contact time of the one before, after which a disc counts as
+/// caught in a collapse: far more than a finite chain of blows between a few discs has.
+pub const QUICK_CONTACTS: u32 = 128;
+
+/// Most sweeps over contacts that share discs: below restitution 1 they would never end.
+pub const CONTACT_SWEEPS: usize = 1_000;
+
+/// Most pair checks over all sweeps for one message, which bounds the time of an answer.
+pub const CONTACT_CHECKS: usize = 50_000_000;
+
+/// Time after which an observed circle leaves the world if nobody reports it, s.
+pub const STALE_AFTER_S: f64 = 0.5;
+
+/// Rate of `arena_states`, 1/s of simulated time.
+pub const PUBLISH_RATE_HZ: f64 = 60.0;
+
+/// First id of pucks that a scene does not number: far above what publishers tend to use.
+pub const FIRST_PUCK_ID: u32 = 1_000_000;
+
+/// Most touching pairs looked at for one message: beyond it, circles lie heaped on each other.
+pub const TOUCHING_PAIRS: usize = 4_000_000;

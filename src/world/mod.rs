@@ -1,0 +1,185 @@
+//! The world: the nouns of carom, and [`World::step`], the one page that names every stage.
+//!
+//! Every circle has one owner. A simulated puck is moved by the arena. An observed circle belongs
+//! to whoever reports it: the world never moves it, it says what its velocity must be after its
+//! contacts. Without pucks there is no arena and nothing to advance: a pure resolver.
+
+mod command;
+mod contact;
+mod disc;
+mod observed;
+mod walls;
+
+pub mod limits;
+
+use std::collections::{BTreeSet, HashSet};
+
+pub use command::{Answer, Command, Instants, Outcome, Refusal, Report};
+pub use contact::{Contact, Partner};
+pub use disc::{Defect, Disc, DiscId};
+pub use walls::{Side, Walls};
+
+use glam::DVec2;
+
+use crate::detect::{self, Pair, TooManyPairs};
+use crate::motion::plain::Plain;
+use crate::plan::Plan;
+use crate::resolve;
+use observed::Observed;
+
+/// Whose word counts for a disc's state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Owner {
+    /// The arena moves it.
+    Simulated,
+    /// Somebody else reports it.
+    Observed,
+}
+
+/// Settings of a world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Restitution of pairs, 0 to 1.
+    pub restitution: f64,
+    /// The box around the arena, if there is one.
+    pub walls: Option<Walls>,
+    /// Contact time of the collapse model, s; `None` = derived from the pucks.
+    pub contact_time: Option<f64>,
+    /// Observed circles with a gap up to this count as in contact, m.
+    pub contact_margin: f64,
+    /// Observed circles not heard of for so long leave the world, s.
+    pub stale_after: f64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            restitution: 1.0,
+            walls: None,
+            contact_time: None,
+            contact_margin: 0.0,
+            stale_after: limits::STALE_AFTER_S,
+        }
+    }
+}
+
+/// All circles, and the laws that they obey.
+#[derive(Clone, Debug)]
+pub struct World {
+    settings: Settings,
+    plan: Plan,
+    observed: Observed,
+    pucks: HashSet<DiscId>,
+    arena: Option<Plain>,
+}
+
+impl World {
+    /// A world with these simulated pucks at time 0: sound, with unique ids, none overlapping.
+    pub fn new(settings: Settings, pucks: &[Disc]) -> Self {
+        let plan = Plan::of(&settings, pucks);
+        let arena =
+            (!pucks.is_empty()).then(|| Plain::new(plan.laws(&settings), pucks, plan.epoch));
+        let pucks = pucks.iter().map(|puck| puck.id).collect();
+        Self { settings, plan, observed: Observed::default(), pucks, arena }
+    }
+
+    /// One step: what was asked, what touches, what that does, what time brings.
+    pub fn step(&mut self, commands: &[Command], instants: Instants) -> Outcome {
+        let mut outcome = Outcome::default();
+        self.forget_stale(instants.heard_at);
+        for command in commands {
+            match command {
+                Command::SetVelocity { id, velocity } => self.command_puck(*id, *velocity),
+                Command::Observe(report) => {
+                    let refused = self.apply(report, instants.heard_at);
+                    let pairs = self.detect();
+                    outcome.answers.push(self.resolve(pairs, report.time, refused));
+                }
+            }
+        }
+        self.advance(instants.advance_to, &mut outcome);
+        outcome
+    }
+
+    /// The arena, if there are simulated pucks.
+    pub fn arena(&self) -> Option<&Plain> {
+        self.arena.as_ref()
+    }
+
+    /// Observed circles held at present.
+    pub fn observed_count(&self) -> usize {
+        self.observed.discs().len()
+    }
+
+    fn forget_stale(&mut self, now: f64) {
+        for id in self.observed.drop_stale(now, self.settings.stale_after) {
+            self.arena.iter_mut().for_each(|arena| arena.forget(id));
+        }
+    }
+
+    fn command_puck(&mut self, id: DiscId, velocity: DVec2) {
+        self.arena.iter_mut().for_each(|arena| arena.set_velocity(id, velocity));
+    }
+
+    /// Apply: takes over a report, for the resolver and for the arena.
+    fn apply(&mut self, report: &Report, heard_at: f64) -> Vec<(DiscId, Refusal)> {
+        let (simulated, discs): (Vec<Disc>, Vec<Disc>) =
+            report.discs.iter().partition(|disc| self.pucks.contains(&disc.id));
+        let mut refused = self.observed.take(&discs, heard_at);
+        if let Some(arena) = &mut self.arena {
+            let taken = discs.iter().filter(|disc| self.observed.place(disc.id).is_some());
+            taken.for_each(|disc| arena.observe(*disc));
+        }
+        refused.extend(simulated.iter().map(|disc| (disc.id, Refusal::Simulated)));
+        refused
+    }
+
+    /// Detect: touching pairs of observed circles, at least one of them in the last report.
+    fn detect(&self) -> Result<Vec<Pair>, TooManyPairs> {
+        let discs = self.observed.discs();
+        let broad_phase = self.plan.broad_phase(discs.len());
+        let mut pairs = detect::touching_pairs(discs, self.settings.contact_margin, broad_phase)?;
+        let fresh = |k: usize| self.observed.is_in_last_report(k);
+        pairs.retain(|&(i, j)| fresh(i) || fresh(j));
+        Ok(pairs)
+    }
+
+    /// Resolve: what the contacts do to the velocities that were reported.
+    fn resolve(
+        &self,
+        pairs: Result<Vec<Pair>, TooManyPairs>,
+        time: f64,
+        refused: Vec<(DiscId, Refusal)>,
+    ) -> Answer {
+        let pairs = match pairs {
+            Ok(pairs) if !pairs.is_empty() => pairs,
+            Ok(_) => return Answer { refused, ..Answer::default() },
+            Err(error) => return Answer { refused, unresolved: Some(error), ..Answer::default() },
+        };
+        let mut discs = self.observed.discs().to_vec();
+        let restitution = self.settings.restitution;
+        let contacts = resolve::touching::resolve(&mut discs, &pairs, restitution, time);
+        let places = discs_in(&contacts).into_iter().filter_map(|id| self.observed.place(id));
+        let velocities = places.map(|k| (discs[k].id, discs[k].velocity)).collect();
+        Answer { contacts, velocities, refused, unresolved: None }
+    }
+
+    /// Advance: moves the arena on; contacts with observed circles become corrections.
+    fn advance(&mut self, until: f64, outcome: &mut Outcome) {
+        let Some(arena) = &mut self.arena else { return };
+        outcome.stall = arena.advance(until, &mut outcome.contacts).err();
+        let touched = discs_in(&outcome.contacts);
+        let observed = arena.discs(Owner::Observed).filter(|disc| touched.contains(&disc.id));
+        outcome.corrections = observed.map(|disc| (disc.id, disc.velocity)).collect();
+        outcome.corrections.sort_unstable_by_key(|(id, _)| *id);
+    }
+}
+
+/// The ids of all discs in these contacts, in order.
+fn discs_in(contacts: &[Contact]) -> BTreeSet<DiscId> {
+    let partner = |contact: &Contact| match contact.b {
+        Partner::Disc(id) => Some(id),
+        Partner::Wall(_) => None,
+    };
+    contacts.iter().flat_map(|contact| [Some(contact.a), partner(contact)]).flatten().collect()
+}

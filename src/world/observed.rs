@@ -1,0 +1,89 @@
+//! The observed circles: what their owners last said of them, and when.
+//!
+//! Nothing here moves or corrects a circle: an answer is a function of the reports alone, so the
+//! same report twice gets the same answer.
+
+use std::collections::HashMap;
+
+use super::command::Refusal;
+use super::disc::{Disc, DiscId};
+use super::limits;
+
+/// All observed circles that are not stale.
+#[derive(Clone, Debug, Default)]
+pub struct Observed {
+    /// In no order: a stale circle's place is taken by the last one.
+    discs: Vec<Disc>,
+    heard_at: Vec<f64>,
+    /// Number of the report that a circle was last in.
+    reported_in: Vec<u64>,
+    places: HashMap<DiscId, usize>,
+    reports: u64,
+    /// No circle is stale before this, s.
+    next_look: f64,
+}
+
+impl Observed {
+    /// All circles.
+    pub fn discs(&self) -> &[Disc] {
+        &self.discs
+    }
+
+    /// Place of a circle in [`Self::discs`].
+    pub fn place(&self, id: DiscId) -> Option<usize> {
+        self.places.get(&id).copied()
+    }
+
+    /// Whether a circle, by its place in [`Self::discs`], was in the last report.
+    pub fn is_in_last_report(&self, place: usize) -> bool {
+        self.reported_in[place] == self.reports
+    }
+
+    /// Takes over a report; circles beyond the limit are refused.
+    pub fn take(&mut self, discs: &[Disc], heard_at: f64) -> Vec<(DiscId, Refusal)> {
+        self.reports += 1;
+        let mut refused = Vec::new();
+        for disc in discs {
+            if let Some(&k) = self.places.get(&disc.id) {
+                (self.discs[k], self.heard_at[k], self.reported_in[k]) =
+                    (*disc, heard_at, self.reports);
+            } else if self.discs.len() < limits::OBSERVED_CIRCLES {
+                self.places.insert(disc.id, self.discs.len());
+                self.discs.push(*disc);
+                self.heard_at.push(heard_at);
+                self.reported_in.push(self.reports);
+            } else {
+                refused.push((disc.id, Refusal::TooManyObserved));
+            }
+        }
+        refused
+    }
+
+    /// Drops the circles not heard of for `stale_after` seconds; returns their ids.
+    pub fn drop_stale(&mut self, now: f64, stale_after: f64) -> Vec<DiscId> {
+        let mut dropped = Vec::new();
+        if now < self.next_look {
+            return dropped;
+        }
+        for k in (0..self.discs.len()).rev() {
+            if now - self.heard_at[k] > stale_after {
+                dropped.push(self.remove(k));
+            }
+        }
+        // Circles heard of from now on go stale later than the oldest of today.
+        let oldest = self.heard_at.iter().copied().fold(now, f64::min);
+        self.next_look = oldest + stale_after;
+        dropped
+    }
+
+    fn remove(&mut self, k: usize) -> DiscId {
+        let id = self.discs.swap_remove(k).id;
+        self.heard_at.swap_remove(k);
+        self.reported_in.swap_remove(k);
+        self.places.remove(&id);
+        if let Some(moved) = self.discs.get(k) {
+            self.places.insert(moved.id, k);
+        }
+        id
+    }
+}

