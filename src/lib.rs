@@ -48,3 +48,6 @@ pub mod publish;
 pub mod scene;
 
 pub mod exact;
+
+#[cfg(feature = "ros")]
+pub mod node;

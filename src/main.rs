@@ -1,1 +1,97 @@
-fn main() {}
+//! The command line: reads what is wanted, calls the room that does it, says what went wrong in
+//! one line. Exit code 0 = done, 1 = it failed, 2 = bad use.
+
+use std::process::ExitCode;
+
+use carom::scene::{Scene, shipped};
+use clap::error::ErrorKind;
+use clap::{Args, Parser, Subcommand};
+
+/// Collisions between circles in the plane, as a ROS 2 node: exact, fast, honest.
+#[derive(Parser)]
+#[command(version, args_conflicts_with_subcommands = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    run: RunArguments,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Run the node: answer circle states, advance the arena (the default command).
+    Run(RunArguments),
+}
+
+#[derive(Args)]
+struct RunArguments {
+    /// A scene file, or the name of a shipped scene: arena, break_shot, newtons_cradle, head_on,
+    /// thousand, teams, resolver.
+    #[arg(value_name = "SCENE", default_value = shipped::DEFAULT)]
+    scene: String,
+    /// End after so many seconds of simulated time (of wall time without pucks).
+    #[arg(long = "for", value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
+    seconds: Option<f64>,
+    /// Simulated seconds in a second of wall time; 0 = as fast as possible.
+    #[arg(long, value_name = "FACTOR", default_value = "1", value_parser = at_least_0, allow_negative_numbers = true)]
+    rate: f64,
+}
+
+fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return refuse(&error),
+    };
+    let Command::Run(arguments) = cli.command.unwrap_or(Command::Run(cli.run));
+    match Scene::load(&arguments.scene) {
+        Ok(scene) => run(&scene, &arguments),
+        Err(error) => complain(&error, 2),
+    }
+}
+
+#[cfg(feature = "ros")]
+fn run(scene: &Scene, arguments: &RunArguments) -> ExitCode {
+    use carom::node::{self, NodeError, RunOptions};
+    let options = RunOptions { seconds: arguments.seconds, rate: arguments.rate };
+    match node::run(scene, options) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error @ NodeError::BadUse(_)) => complain(&error, 2),
+        Err(error) => complain(&error, 1),
+    }
+}
+
+#[cfg(not(feature = "ros"))]
+fn run(_scene: &Scene, _arguments: &RunArguments) -> ExitCode {
+    complain(&"this build has no ROS 2 node: build it with the feature `ros`", 2)
+}
+
+/// One line on stderr.
+fn complain(error: &dyn std::fmt::Display, code: u8) -> ExitCode {
+    eprintln!("carom: {error}");
+    ExitCode::from(code)
+}
+
+/// Help and version go out as they are; of an error the first line says it.
+fn refuse(error: &clap::Error) -> ExitCode {
+    if matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) {
+        // A closed pipe is the reader's wish.
+        let _ = error.print();
+        return ExitCode::SUCCESS;
+    }
+    let text = error.to_string();
+    let first = text.lines().next().unwrap_or_default();
+    complain(&format!("{}; see carom --help", first.trim_start_matches("error: ")), 2)
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    number(text, |x| x > 0.0, "a number of seconds above 0")
+}
+
+fn at_least_0(text: &str) -> Result<f64, String> {
+    number(text, |x| x >= 0.0, "a number of 0 or more")
+}
+
+fn number(text: &str, right: impl Fn(f64) -> bool, wanted: &str) -> Result<f64, String> {
+    let value = text.parse().ok().filter(|x: &f64| x.is_finite() && right(*x));
+    value.ok_or_else(|| format!("must be {wanted}"))
+}

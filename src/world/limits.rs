@@ -15,7 +15,7 @@ pub const PUCKS_PER_SCENE: usize = 1_000_000;
 pub const SCENE_FILE_BYTES: u64 = 64 << 20;
 
 /// Most events in one advance of an arena: the loop gets its turn again after so many.
-pub const EVENTS_PER_ADVANCE: usize = 100_000;
+pub const EVENTS_PER_ADVANCE: usize = 2_000;
 
 /// Events at one instant before an arena is called stalled; one more for each of so many discs.
 pub const EVENTS_PER_INSTANT: usize = 2_000;

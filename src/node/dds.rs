@@ -1,0 +1,242 @@
+//! The only door to DDS: a participant with one ROS node, typed publishers and subscriptions.
+//!
+//! ros2-client's Spinner is never started: it would subscribe to /clock with a wrong type. Without
+//! it there are no parameter services yet.
+//! Nothing here may block the caller: a publisher whose send window is full refuses the message.
+//! Nothing from the network may panic: an undecodable payload is an error, and reading goes on.
+
+use std::net::Ipv4Addr;
+
+use futures::Stream;
+use ros2_client::qos::{History, QosProfile, WhenFull};
+use ros2_client::{Context, MessageTypeName, Name, Node, NodeName, NodeOptions, WriteError};
+use rustdds::{DomainParticipantBuilder, RTPSEntity};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use super::farewell;
+use crate::messages::{CircleStates, CircleVelocities, Contacts, Twist};
+
+/// Largest domain whose ports fit into 16 bits; RustDDS overflows silently above it.
+pub const DOMAIN_ID_MAX: u16 = 232;
+
+/// What can go wrong at this door.
+#[derive(Debug, thiserror::Error)]
+pub enum DdsError {
+    /// The domain id has no UDP ports.
+    #[error("domain id {0} is not in 0..=232")]
+    DomainId(u16),
+    /// An environment variable says something this node cannot do.
+    #[error("{variable}={value} is not supported; use {allowed}")]
+    Environment {
+        /// The variable.
+        variable: &'static str,
+        /// What it was set to.
+        value: String,
+        /// What would be right.
+        allowed: &'static str,
+    },
+    /// A node or topic name that ROS does not allow.
+    #[error("`{name}` is not a ROS name: {reason}")]
+    Name {
+        /// The name as given.
+        name: String,
+        /// ros2-client's words.
+        reason: String,
+    },
+    /// The participant, the node or an endpoint could not be made.
+    #[error("DDS cannot open {what}: {reason}")]
+    Open {
+        /// What was to be made.
+        what: String,
+        /// The middleware's words.
+        reason: String,
+    },
+    /// A payload that is not the type of its topic. The next message can still be read.
+    #[error("undecodable message: {0}")]
+    Undecodable(String),
+    /// A reliable reader has stopped acknowledging and the send window is full.
+    #[error("send window full: a subscriber has stopped reading")]
+    WindowFull,
+    /// The middleware failed to send.
+    #[error("DDS cannot send: {0}")]
+    Send(String),
+}
+
+/// How far discovery and traffic reach.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Reach {
+    /// All interfaces.
+    #[default]
+    Subnet,
+    /// The loopback interface only.
+    Localhost,
+}
+
+impl Reach {
+    /// Reads ROS_LOCALHOST_ONLY (which wins, as in rmw) and ROS_AUTOMATIC_DISCOVERY_RANGE.
+    pub fn from_environment(get: impl Fn(&str) -> Option<String>) -> Result<Self, DdsError> {
+        if get("ROS_LOCALHOST_ONLY").as_deref() == Some("1") {
+            return Ok(Self::Localhost);
+        }
+        let variable = "ROS_AUTOMATIC_DISCOVERY_RANGE";
+        let value = get(variable).unwrap_or_default();
+        match value.as_str() {
+            "" | "SUBNET" | "SYSTEM_DEFAULT" => Ok(Self::Subnet),
+            "LOCALHOST" => Ok(Self::Localhost),
+            _ => {
+                let allowed = "SUBNET, LOCALHOST or SYSTEM_DEFAULT";
+                Err(DdsError::Environment { variable, value, allowed })
+            }
+        }
+    }
+}
+
+/// A message type with its ROS name. `Vec` fields are read element by element and grow with the
+/// bytes that are really there, so a forged length is an error, never a huge allocation.
+pub trait RosMessage: Serialize + DeserializeOwned + Send + 'static {
+    /// The interface package.
+    const PACKAGE: &'static str;
+    /// The name in `msg/`.
+    const TYPE: &'static str;
+}
+
+macro_rules! ros_messages {
+    ($($package:literal $name:ident)*) => {$(
+        impl RosMessage for $name {
+            const PACKAGE: &'static str = $package;
+            const TYPE: &'static str = stringify!($name);
+        }
+        impl ros2_client::Message for $name {}
+    )*};
+}
+
+ros_messages! {
+    "carom" CircleStates
+    "carom" CircleVelocities
+    "carom" Contacts
+    "geometry_msgs" Twist
+}
+
+/// One ROS node on a DDS participant of its own. Drop it last; dropping it leaves the graph.
+pub struct Ros {
+    // Dropped in this order: the node says goodbye, then the participant goes.
+    node: Node,
+    _context: Context,
+    guid: [u8; 16],
+    reach: Reach,
+}
+
+impl Ros {
+    /// Opens a participant in `domain_id` and a node without rosout and parameter services.
+    pub fn open(node_name: &str, domain_id: u16, reach: Reach) -> Result<Self, DdsError> {
+        if domain_id > DOMAIN_ID_MAX {
+            return Err(DdsError::DomainId(domain_id));
+        }
+        let name = NodeName::new("/", node_name).map_err(|error| bad_name(node_name, &error))?;
+        let mut builder = DomainParticipantBuilder::new(domain_id);
+        if reach == Reach::Localhost {
+            builder = builder.with_only_networks([Ipv4Addr::LOCALHOST]);
+        }
+        let participant = builder.build().map_err(|e| cannot_open("the participant", &e))?;
+        let guid = participant.guid().to_bytes();
+        let context = Context::from_domain_participant(participant)
+            .map_err(|e| cannot_open("the context", &e))?;
+        let options = NodeOptions::new().enable_rosout(false).start_parameter_services(false);
+        let node = context.new_node(name, options).map_err(|e| cannot_open("the node", &e))?;
+        Ok(Self { node, _context: context, guid, reach })
+    }
+
+    /// A reliable, volatile publisher on a topic relative to the node's namespace.
+    pub fn publisher<M: RosMessage>(
+        &mut self,
+        topic: &str,
+        depth: usize,
+    ) -> Result<Publisher<M>, DdsError> {
+        let qos = QosProfile::publisher_default()
+            .reliability_reliable(WhenFull::Fail)
+            .history(History::KeepLast { depth });
+        let topic_handle = self.topic::<M>(topic, &qos)?;
+        let inner = self
+            .node
+            .create_publisher(&topic_handle, Some(qos))
+            .map_err(|e| cannot_open(topic, &e))?;
+        Ok(Publisher { inner })
+    }
+
+    /// A best-effort subscription, which matches every publisher of the type.
+    /// DDS keeps the last max(64, `depth`) payloads in memory, read or not.
+    pub fn subscription<M: RosMessage>(
+        &mut self,
+        topic: &str,
+        depth: usize,
+    ) -> Result<Subscription<M>, DdsError> {
+        let qos = QosProfile::subscription_default().history(History::KeepLast { depth });
+        let topic_handle = self.topic::<M>(topic, &qos)?;
+        let inner = self
+            .node
+            .create_subscription(&topic_handle, Some(qos))
+            .map_err(|e| cannot_open(topic, &e))?;
+        Ok(Subscription { inner })
+    }
+
+    /// Leaves the graph at once: call it when all publishers and subscriptions are dropped.
+    pub fn close(self) {
+        let (guid, domain_id, reach) = (self.guid, self.node.domain_id(), self.reach);
+        // Joins RustDDS's threads, so that nothing announces the participant again.
+        drop(self);
+        farewell::send(guid, domain_id, reach == Reach::Subnet);
+    }
+
+    fn topic<M: RosMessage>(
+        &self,
+        topic: &str,
+        qos: &QosProfile,
+    ) -> Result<rustdds::Topic, DdsError> {
+        // Resolved here: ros2-client makes `rt//name` of a relative name in the namespace `/`.
+        let absolute = format!("/{}", topic.strip_prefix('/').unwrap_or(topic));
+        let name = Name::parse(&absolute).map_err(|error| bad_name(topic, &error))?;
+        let type_name = MessageTypeName::new(M::PACKAGE, M::TYPE);
+        self.node.create_topic(&name, type_name, qos).map_err(|e| cannot_open(topic, &e))
+    }
+}
+
+/// Sends messages of one type on one topic.
+pub struct Publisher<M: RosMessage> {
+    inner: ros2_client::Publisher<M>,
+}
+
+impl<M: RosMessage> Publisher<M> {
+    /// Hands the message to DDS at once or not at all.
+    pub fn publish(&self, message: M) -> Result<(), DdsError> {
+        self.inner.publish(message).map_err(|error| match error.forget_data() {
+            WriteError::WouldBlock { .. } => DdsError::WindowFull,
+            other => DdsError::Send(other.to_string()),
+        })
+    }
+}
+
+/// Reads messages of one type from one topic.
+pub struct Subscription<M: RosMessage> {
+    inner: ros2_client::Subscription<M>,
+}
+
+impl<M: RosMessage> Subscription<M> {
+    /// All messages from now on; it never ends.
+    pub fn into_stream(self) -> impl Stream<Item = Result<M, DdsError>> {
+        futures::stream::unfold(self, async |subscription| {
+            let taken = subscription.inner.async_take().await;
+            let message = taken.map(|(message, _info)| message);
+            let message = message.map_err(|e| DdsError::Undecodable(e.to_string()));
+            Some((message, subscription))
+        })
+    }
+}
+
+fn bad_name(name: &str, error: &dyn std::fmt::Display) -> DdsError {
+    DdsError::Name { name: name.to_owned(), reason: error.to_string() }
+}
+
+fn cannot_open(what: &str, error: &dyn std::fmt::Display) -> DdsError {
+    DdsError::Open { what: what.to_owned(), reason: error.to_string() }
+}

@@ -1,0 +1,336 @@
+//! The node: topics in, topics out, and the loop between them. The only room that names a ROS
+//! crate, reads the clock or waits.
+//!
+//! Subscriptions only hand messages over; the loop steps the world, at once for a message and at
+//! every tick for the arena; results leave as arrays. [`dds`] is the door to ROS 2, [`pace`] maps
+//! wall time to simulated time, [`status`] is the line that a person watches.
+
+mod complaints;
+mod dds;
+mod farewell;
+mod pace;
+mod status;
+
+use std::time::Instant;
+
+use futures::StreamExt;
+use futures::stream::{SelectAll, select_all};
+use tokio::signal::unix::{SignalKind, signal};
+
+use crate::messages::{CircleStates, CircleVelocities, Contacts, Header, Time, Twist};
+use crate::motion::plain::{Plain, Stall};
+use crate::scene::Scene;
+use crate::world::{Answer, Command, DiscId, Instants, Outcome, Owner, World};
+use crate::{publish, receive};
+use complaints::Complaints;
+use dds::{DdsError, Publisher, Reach, Ros};
+use pace::Pace;
+use status::Status;
+
+/// Messages kept for the loop on each topic; older ones are dropped by DDS.
+const INPUT_DEPTH: usize = 1_000;
+/// Messages kept for a subscriber that is slow to acknowledge.
+const OUTPUT_DEPTH: usize = 1_000;
+
+/// How to run.
+#[derive(Clone, Copy, Debug)]
+pub struct RunOptions {
+    /// Ends after so many seconds of simulated time, of wall time without pucks.
+    pub seconds: Option<f64>,
+    /// Simulated seconds in a second of wall time; 0 = as fast as possible.
+    pub rate: f64,
+}
+
+/// Why the node could not run, or ended early.
+#[derive(Debug, thiserror::Error)]
+pub enum NodeError {
+    /// The environment asks for something that cannot be.
+    #[error("{0}")]
+    BadUse(String),
+    /// DDS does not do its part.
+    #[error(transparent)]
+    Dds(#[from] DdsError),
+    /// The arena cannot get to the end that was asked for.
+    #[error(transparent)]
+    Stalled(#[from] Stall),
+    /// The operating system does not do its part.
+    #[error("cannot start: {0}")]
+    System(#[from] std::io::Error),
+}
+
+/// Runs a scene until the time is over or SIGINT or SIGTERM comes.
+///
+/// # Errors
+/// [`NodeError`] when it cannot start, or when the arena stalls before the time is over.
+pub fn run(scene: &Scene, options: RunOptions) -> Result<(), NodeError> {
+    start_log();
+    let mut ros = Ros::open("carom", domain_id()?, Reach::from_environment(environment)?)?;
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    let outcome = runtime.block_on(async {
+        let inputs = Inputs::open(&mut ros, scene)?;
+        let outputs = Outputs::open(&mut ros)?;
+        Runner::new(scene, outputs, options).run(inputs).await
+    });
+    ros.close();
+    outcome
+}
+
+/// Warnings of the DDS library are many and harmless: RUST_LOG shows them.
+fn start_log() {
+    let filter = tracing_subscriber::EnvFilter::try_from_default_env()
+        .unwrap_or_else(|_| "info,rustdds=off,ros2_client=off".into());
+    // A second start in one process keeps the first log.
+    let _ = tracing_subscriber::fmt()
+        .with_writer(std::io::stderr)
+        .with_target(false)
+        .with_env_filter(filter)
+        .try_init();
+}
+
+fn environment(name: &str) -> Option<String> {
+    std::env::var(name).ok()
+}
+
+fn domain_id() -> Result<u16, NodeError> {
+    let Some(text) = environment("ROS_DOMAIN_ID").filter(|text| !text.is_empty()) else {
+        return Ok(0);
+    };
+    let id = text.parse().ok().filter(|id| *id <= dds::DOMAIN_ID_MAX);
+    id.ok_or_else(|| {
+        NodeError::BadUse(format!("ROS_DOMAIN_ID={text}: must be 0 to {}", dds::DOMAIN_ID_MAX))
+    })
+}
+
+/// Something that arrived.
+enum Input {
+    Circles { topic: String, message: Result<CircleStates, DdsError> },
+    Velocity { topic: String, id: DiscId, message: Result<Twist, DdsError> },
+}
+
+/// All subscriptions as one stream.
+struct Inputs(SelectAll<futures::stream::LocalBoxStream<'static, Input>>);
+
+impl Inputs {
+    fn open(ros: &mut Ros, scene: &Scene) -> Result<Self, DdsError> {
+        let mut streams = Vec::new();
+        for topic in &scene.node.circle_topics {
+            let messages = ros.subscription::<CircleStates>(topic, INPUT_DEPTH)?.into_stream();
+            let topic = topic.clone();
+            let input = move |message| Input::Circles { topic: topic.clone(), message };
+            streams.push(messages.map(input).boxed_local());
+        }
+        for puck in scene.pucks.iter().filter(|puck| puck.driven) {
+            let topic = format!("pucks/{}/cmd_vel", puck.name);
+            let messages = ros.subscription::<Twist>(&topic, 1)?.into_stream();
+            let id = puck.disc.id;
+            let input = move |message| Input::Velocity { topic: topic.clone(), id, message };
+            streams.push(messages.map(input).boxed_local());
+        }
+        Ok(Self(select_all(streams)))
+    }
+}
+
+/// All publishers.
+struct Outputs {
+    corrected_velocities: Publisher<CircleVelocities>,
+    contacts: Publisher<Contacts>,
+    arena_states: Publisher<CircleStates>,
+}
+
+impl Outputs {
+    fn open(ros: &mut Ros) -> Result<Self, DdsError> {
+        Ok(Self {
+            corrected_velocities: ros.publisher("corrected_velocities", OUTPUT_DEPTH)?,
+            contacts: ros.publisher("contacts", OUTPUT_DEPTH)?,
+            arena_states: ros.publisher("arena_states", OUTPUT_DEPTH)?,
+        })
+    }
+}
+
+/// The loop and all that it keeps.
+struct Runner<'a> {
+    scene: &'a Scene,
+    world: World,
+    outputs: Outputs,
+    end: Option<f64>,
+    start: Instant,
+    pace: Pace,
+    /// Arena states published so far.
+    ticks: u64,
+    stall: Option<Stall>,
+    status: Status,
+    complaints: Complaints,
+}
+
+impl<'a> Runner<'a> {
+    fn new(scene: &'a Scene, outputs: Outputs, options: RunOptions) -> Self {
+        let world = scene.world();
+        let start = Instant::now();
+        let (status, complaints) = (Status::new(start), Complaints::new(start));
+        let (pace, end) = (Pace::new(options.rate, start), options.seconds);
+        Self { scene, world, outputs, end, start, pace, ticks: 0, stall: None, status, complaints }
+    }
+
+    async fn run(mut self, mut inputs: Inputs) -> Result<(), NodeError> {
+        let mut interrupt = signal(SignalKind::interrupt())?;
+        let mut terminate = signal(SignalKind::terminate())?;
+        let mut status = tokio::time::interval(self.status.period());
+        status.tick().await;
+        tracing::info!("{}: {} pucks", self.scene.name, self.scene.pucks.len());
+        while !self.is_over() {
+            tokio::select! {
+                biased;
+                _ = interrupt.recv() => break,
+                _ = terminate.recv() => break,
+                _ = status.tick() => self.status.write(self.world.arena(), Instant::now()),
+                Some(input) = inputs.0.next() => self.handle(input),
+                () = tokio::time::sleep_until(self.next_wake().into()) => {}
+            }
+            self.tick_if_due();
+        }
+        self.complaints.settle();
+        self.status.finish(self.world.arena(), Instant::now());
+        match (self.stall, self.end) {
+            (Some(stall), Some(_)) => Err(stall.into()),
+            _ => Ok(()),
+        }
+    }
+
+    fn is_over(&self) -> bool {
+        let Some(end) = self.end else { return false };
+        match self.world.arena() {
+            Some(arena) => arena.now() >= end || self.stall.is_some(),
+            None => self.start.elapsed().as_secs_f64() >= end,
+        }
+    }
+
+    /// Simulated time of the next arena state, s.
+    fn next_tick(&self) -> f64 {
+        let tick = self.ticks as f64 / self.scene.node.publish_rate_hz;
+        self.end.map_or(tick, |end| tick.min(end))
+    }
+
+    /// When the loop has something to do without a message.
+    fn next_wake(&self) -> Instant {
+        match self.world.arena() {
+            Some(_) if self.stall.is_none() => self.pace.instant_of(self.next_tick()),
+            _ => self.start + std::time::Duration::from_secs_f64(self.end.unwrap_or(86_400.0)),
+        }
+    }
+
+    /// Advances the arena to its next tick when that is due, and publishes its state there.
+    fn tick_if_due(&mut self) {
+        let (now, tick) = (Instant::now(), self.next_tick());
+        if self.world.arena().is_none() || self.stall.is_some() || self.pace.due(now) < tick {
+            return;
+        }
+        let outcome = self.step(&[], tick);
+        self.publish_arena(&outcome);
+        let Some(arena) = self.world.arena() else { return };
+        let reached = arena.now();
+        if reached >= tick {
+            let discs = arena.discs(Owner::Simulated);
+            let states = publish::arena_states(self.arena_header(arena), discs);
+            let sent = self.outputs.arena_states.publish(states);
+            self.note_sent("arena_states", sent);
+            self.ticks += 1;
+        }
+        self.pace.reached(reached, Instant::now());
+    }
+
+    fn handle(&mut self, input: Input) {
+        match input {
+            Input::Circles { topic, message } => match message {
+                Ok(message) => self.observe(&topic, message),
+                Err(error) => self.complaints.refuse(&topic, &error),
+            },
+            Input::Velocity { topic, id, message } => match message {
+                Ok(twist) => match receive::velocity(&twist) {
+                    Ok(velocity) => drop(self.command(Command::SetVelocity { id, velocity })),
+                    Err(error) => self.complaints.refuse(&topic, &error),
+                },
+                Err(error) => self.complaints.refuse(&topic, &error),
+            },
+        }
+    }
+
+    fn observe(&mut self, topic: &str, message: CircleStates) {
+        let (report, bad) = match receive::report(&message) {
+            Ok(read) => read,
+            Err(error) => return self.complaints.refuse(topic, &error),
+        };
+        for (id, reason) in bad {
+            self.complaints.refuse(topic, &format_args!("circle {id}: {reason}"));
+        }
+        for answer in self.command(Command::Observe(report)).answers {
+            for (id, reason) in &answer.refused {
+                self.complaints.refuse(topic, &format_args!("circle {id}: {reason}"));
+            }
+            if let Some(error) = &answer.unresolved {
+                self.complaints.refuse(topic, error);
+            }
+            self.answer(message.header.clone(), &answer);
+        }
+    }
+
+    fn answer(&mut self, header: Header, answer: &Answer) {
+        self.status.count_message(answer.contacts.len());
+        if answer.contacts.is_empty() {
+            return;
+        }
+        let velocities = publish::corrected_velocities(header.clone(), &answer.velocities);
+        let sent = self.outputs.corrected_velocities.publish(velocities);
+        self.note_sent("corrected_velocities", sent);
+        let sent = self.outputs.contacts.publish(publish::contacts(header, &answer.contacts));
+        self.note_sent("contacts", sent);
+    }
+
+    /// Brings the arena to the present and gives it the command there.
+    fn command(&mut self, command: Command) -> Outcome {
+        let present = self.pace.due(Instant::now()).min(self.next_tick());
+        // What was asked may have ended a stall.
+        self.stall = None;
+        let before = self.step(&[], present);
+        self.publish_arena(&before);
+        let outcome = self.step(&[command], present);
+        self.publish_arena(&outcome);
+        outcome
+    }
+
+    fn step(&mut self, commands: &[Command], advance_to: f64) -> Outcome {
+        let instants = Instants { heard_at: self.start.elapsed().as_secs_f64(), advance_to };
+        let outcome = self.world.step(commands, instants);
+        if let Some(stall) = &outcome.stall {
+            tracing::error!("{stall}");
+            self.stall = Some(*stall);
+        }
+        outcome
+    }
+
+    /// Publishes the arena's contacts and what they ask of observed circles.
+    fn publish_arena(&mut self, outcome: &Outcome) {
+        let Some(arena) = self.world.arena() else { return };
+        let header = self.arena_header(arena);
+        if !outcome.corrections.is_empty() {
+            let velocities = publish::corrected_velocities(header.clone(), &outcome.corrections);
+            let sent = self.outputs.corrected_velocities.publish(velocities);
+            self.note_sent("corrected_velocities", sent);
+        }
+        if !outcome.contacts.is_empty() {
+            let contacts = publish::contacts(header, &outcome.contacts);
+            let sent = self.outputs.contacts.publish(contacts);
+            self.note_sent("contacts", sent);
+        }
+    }
+
+    fn arena_header(&self, arena: &Plain) -> Header {
+        let frame_id = self.scene.node.frame_id.clone();
+        Header { stamp: Time::from_seconds(arena.now()), frame_id }
+    }
+
+    fn note_sent(&mut self, topic: &str, sent: Result<(), DdsError>) {
+        if let Err(error) = sent {
+            self.complaints.refuse(topic, &error);
+        }
+    }
+}

@@ -1,0 +1,102 @@
+//! The status line: how far, how fast, how exact. One line, rewritten on a terminal.
+
+use std::io::{IsTerminal, Write};
+use std::time::{Duration, Instant};
+
+use crate::motion::plain::Plain;
+
+/// How often the line is written to a file or a pipe; on a terminal once a second.
+const LOG_PERIOD: Duration = Duration::from_secs(10);
+const TERMINAL_PERIOD: Duration = Duration::from_secs(1);
+
+/// Counts between two lines and since the start.
+#[derive(Debug)]
+pub struct Status {
+    start: Instant,
+    last: Instant,
+    last_time: f64,
+    last_contacts: u64,
+    answered_contacts: u64,
+    messages: u64,
+    terminal: bool,
+}
+
+impl Status {
+    /// Counting begins now.
+    pub fn new(now: Instant) -> Self {
+        Self {
+            start: now,
+            last: now,
+            last_time: 0.0,
+            last_contacts: 0,
+            answered_contacts: 0,
+            messages: 0,
+            terminal: std::io::stderr().is_terminal(),
+        }
+    }
+
+    /// Time between two lines.
+    pub fn period(&self) -> Duration {
+        if self.terminal { TERMINAL_PERIOD } else { LOG_PERIOD }
+    }
+
+    /// Counts an answered message.
+    pub fn count_message(&mut self, contacts: usize) {
+        self.messages += 1;
+        self.answered_contacts += contacts as u64;
+    }
+
+    /// Writes the line about the time since the last one.
+    pub fn write(&mut self, arena: Option<&Plain>, now: Instant) {
+        let time = arena.map_or(0.0, Plain::now);
+        let contacts = self.contacts(arena);
+        let wall = (now - self.last).as_secs_f64();
+        let line = self.line(
+            arena,
+            (time - self.last_time) / wall,
+            (contacts - self.last_contacts) as f64 / wall,
+        );
+        (self.last, self.last_time, self.last_contacts) = (now, time, contacts);
+        // Nobody may be reading: that is no reason to stop.
+        let _ = if self.terminal {
+            write!(std::io::stderr(), "\r\x1b[2K{line}")
+        } else {
+            writeln!(std::io::stderr(), "{line}")
+        };
+    }
+
+    /// Writes the last line, about the whole run.
+    pub fn finish(&mut self, arena: Option<&Plain>, now: Instant) {
+        let time = arena.map_or(0.0, Plain::now);
+        let wall = (now - self.start).as_secs_f64().max(1e-9);
+        let line = self.line(arena, time / wall, self.contacts(arena) as f64 / wall);
+        let begin = if self.terminal { "\r\x1b[2K" } else { "" };
+        let overlap = arena.map_or(String::new(), |arena| {
+            format!(
+                "   largest overlap {:.1e} radius   {} contacts in {wall:.1} s",
+                arena.largest_overlap(),
+                arena.contacts()
+            )
+        });
+        let _ = writeln!(std::io::stderr(), "{begin}{line}{overlap}");
+    }
+
+    fn contacts(&self, arena: Option<&Plain>) -> u64 {
+        self.answered_contacts + arena.map_or(0, Plain::contacts)
+    }
+
+    fn line(&self, arena: Option<&Plain>, factor: f64, contacts_per_second: f64) -> String {
+        match arena {
+            Some(arena) => format!(
+                "t = {:.1} s   real-time factor {factor:.2}   {contacts_per_second:.0} contacts/s   \
+                 energy drift {:+.1e}",
+                arena.now(),
+                arena.relative_energy_drift(),
+            ),
+            None => format!(
+                "resolver   {} messages answered   {contacts_per_second:.0} contacts/s",
+                self.messages
+            ),
+        }
+    }
+}
