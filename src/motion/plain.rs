@@ -2,9 +2,10 @@
 //!
 //! Between collisions discs fly straight, so the state at any instant is exact. Each disc keeps the
 //! position and the time of its own last event and moves only there: an instant looked at between
-//! events changes nothing, so results do not depend on the frame rate. Every disc knows its earliest
-//! event; after a collision the two discs are predicted against all others. That is O(N) an event
-//! and O(N^2) at the start: right for small arenas, and for ever the judge of faster methods.
+//! events changes nothing, so results do not depend on the frame rate. Every disc knows its
+//! earliest event; after a collision the two discs are predicted against all others. That is O(N)
+//! an event and O(N^2) at the start: right for small arenas, and for ever the judge of faster
+//! methods.
 //!
 //! Policies: a pair that overlaps and approaches collides now, one that separates does not; of
 //! events at the same time the smaller index goes first. Below restitution 1 a disc whose contacts

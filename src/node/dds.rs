@@ -1,16 +1,21 @@
 //! The only door to DDS: a participant with one ROS node, typed publishers and subscriptions.
 //!
 //! ros2-client's Spinner is never started: it would subscribe to /clock with a wrong type. Without
-//! it there are no parameter services yet.
+//! it there are no parameter services yet, and who listens is learnt from the participant's status
+//! events.
 //! Nothing here may block the caller: a publisher whose send window is full refuses the message.
 //! Nothing from the network may panic: an undecodable payload is an error, and reading goes on.
 
+use std::collections::{HashMap, HashSet};
 use std::net::Ipv4Addr;
 
 use futures::Stream;
 use ros2_client::qos::{History, QosProfile, WhenFull};
 use ros2_client::{Context, MessageTypeName, Name, Node, NodeName, NodeOptions, WriteError};
-use rustdds::{DomainParticipantBuilder, RTPSEntity};
+use rustdds::{
+    DomainParticipantBuilder, DomainParticipantStatusEvent, DomainParticipantStatusListener, GUID,
+    RTPSEntity, StatusEvented,
+};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -128,8 +133,13 @@ pub struct Ros {
 }
 
 impl Ros {
-    /// Opens a participant in `domain_id` and a node without rosout and parameter services.
-    pub fn open(node_name: &str, domain_id: u16, reach: Reach) -> Result<Self, DdsError> {
+    /// Opens a participant in `domain_id` and a node without rosout and parameter services; tells
+    /// who listens to its publishers.
+    pub fn open(
+        node_name: &str,
+        domain_id: u16,
+        reach: Reach,
+    ) -> Result<(Self, Listeners), DdsError> {
         if domain_id > DOMAIN_ID_MAX {
             return Err(DdsError::DomainId(domain_id));
         }
@@ -139,12 +149,13 @@ impl Ros {
             builder = builder.with_only_networks([Ipv4Addr::LOCALHOST]);
         }
         let participant = builder.build().map_err(|e| cannot_open("the participant", &e))?;
+        let listeners = Listeners::new(participant.status_listener());
         let guid = participant.guid().to_bytes();
         let context = Context::from_domain_participant(participant)
             .map_err(|e| cannot_open("the context", &e))?;
         let options = NodeOptions::new().enable_rosout(false).start_parameter_services(false);
         let node = context.new_node(name, options).map_err(|e| cannot_open("the node", &e))?;
-        Ok(Self { node, _context: context, guid, reach })
+        Ok((Self { node, _context: context, guid, reach }, listeners))
     }
 
     /// A reliable, volatile publisher on a topic relative to the node's namespace.
@@ -161,7 +172,7 @@ impl Ros {
             .node
             .create_publisher(&topic_handle, Some(qos))
             .map_err(|e| cannot_open(topic, &e))?;
-        Ok(Publisher { inner })
+        Ok(Publisher { inner, topic: topic.to_owned() })
     }
 
     /// A best-effort subscription, which matches every publisher of the type.
@@ -201,12 +212,69 @@ impl Ros {
     }
 }
 
+/// Which remote readers each publisher has: what nobody hears need not be said.
+pub struct Listeners {
+    status: DomainParticipantStatusListener,
+    readers_of_writer: HashMap<GUID, HashSet<GUID>>,
+    /// Events may have been dropped: everybody may be listening.
+    lost_count: bool,
+}
+
+/// Events waiting beyond which DDS may have dropped some (its channel holds 2048).
+const EVENTS_MAX: usize = 2_000;
+
+impl Listeners {
+    fn new(status: DomainParticipantStatusListener) -> Self {
+        Self { status, readers_of_writer: HashMap::new(), lost_count: false }
+    }
+
+    /// Takes note of who came and went; to be called now and then, or events are dropped.
+    pub fn update(&mut self) {
+        let mut events = 0;
+        while let Some(event) = self.status.try_recv_status() {
+            self.note(event);
+            events += 1;
+        }
+        self.lost_count |= events > EVENTS_MAX;
+    }
+
+    /// Whether somebody hears a publisher, as of the last update.
+    pub fn hear<M: RosMessage>(&self, publisher: &Publisher<M>) -> bool {
+        let readers = self.readers_of_writer.get(&publisher.inner.guid());
+        self.lost_count || readers.is_some_and(|readers| !readers.is_empty())
+    }
+
+    fn note(&mut self, event: DomainParticipantStatusEvent) {
+        use DomainParticipantStatusEvent as Event;
+        match event {
+            Event::RemoteReaderMatched { local_writer, remote_reader } => {
+                self.readers_of_writer.entry(local_writer).or_default().insert(remote_reader);
+            }
+            Event::ReaderLost { guid, .. } => self.forget(|reader| *reader == guid),
+            Event::ParticipantLost { id, .. } => self.forget(|reader| reader.prefix == id),
+            _ => {}
+        }
+    }
+
+    fn forget(&mut self, gone: impl Fn(&GUID) -> bool) {
+        for readers in self.readers_of_writer.values_mut() {
+            readers.retain(|reader| !gone(reader));
+        }
+    }
+}
+
 /// Sends messages of one type on one topic.
 pub struct Publisher<M: RosMessage> {
     inner: ros2_client::Publisher<M>,
+    topic: String,
 }
 
 impl<M: RosMessage> Publisher<M> {
+    /// Its topic, as it was asked for.
+    pub fn topic(&self) -> &str {
+        &self.topic
+    }
+
     /// Hands the message to DDS at once or not at all.
     pub fn publish(&self, message: M) -> Result<(), DdsError> {
         self.inner.publish(message).map_err(|error| match error.forget_data() {

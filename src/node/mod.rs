@@ -8,6 +8,7 @@
 mod complaints;
 mod dds;
 mod farewell;
+mod outputs;
 mod pace;
 mod status;
 
@@ -17,20 +18,20 @@ use futures::StreamExt;
 use futures::stream::{SelectAll, select_all};
 use tokio::signal::unix::{SignalKind, signal};
 
-use crate::messages::{CircleStates, CircleVelocities, Contacts, Header, Time, Twist};
-use crate::motion::plain::{Plain, Stall};
+use crate::messages::{CircleStates, Header, Twist};
+use crate::motion::plain::Stall;
+use crate::receive;
 use crate::scene::Scene;
-use crate::world::{Answer, Command, DiscId, Instants, Outcome, Owner, World};
-use crate::{publish, receive};
+use crate::world::{Answer, Command, DiscId, Instants, Outcome, World};
 use complaints::Complaints;
-use dds::{DdsError, Publisher, Reach, Ros};
+use dds::{DdsError, Reach, Ros};
+use outputs::Outputs;
 use pace::Pace;
 use status::Status;
 
-/// Messages kept for the loop on each topic; older ones are dropped by DDS.
-const INPUT_DEPTH: usize = 1_000;
-/// Messages kept for a subscriber that is slow to acknowledge.
-const OUTPUT_DEPTH: usize = 1_000;
+/// Messages kept for the loop on each topic, 0.1 s at 1 kHz; older ones are dropped. DDS holds as
+/// many payloads in memory, read or not.
+const INPUT_DEPTH: usize = 100;
 
 /// How to run.
 #[derive(Clone, Copy, Debug)]
@@ -64,11 +65,12 @@ pub enum NodeError {
 /// [`NodeError`] when it cannot start, or when the arena stalls before the time is over.
 pub fn run(scene: &Scene, options: RunOptions) -> Result<(), NodeError> {
     start_log();
-    let mut ros = Ros::open("carom", domain_id()?, Reach::from_environment(environment)?)?;
+    let reach = Reach::from_environment(environment)?;
+    let (mut ros, listeners) = Ros::open("carom", domain_id()?, reach)?;
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     let outcome = runtime.block_on(async {
         let inputs = Inputs::open(&mut ros, scene)?;
-        let outputs = Outputs::open(&mut ros)?;
+        let outputs = Outputs::open(&mut ros, listeners, &scene.node.frame_id)?;
         Runner::new(scene, outputs, options).run(inputs).await
     });
     ros.close();
@@ -78,7 +80,7 @@ pub fn run(scene: &Scene, options: RunOptions) -> Result<(), NodeError> {
 /// Warnings of the DDS library are many and harmless: RUST_LOG shows them.
 fn start_log() {
     let filter = tracing_subscriber::EnvFilter::try_from_default_env()
-        .unwrap_or_else(|_| "info,rustdds=off,ros2_client=off".into());
+        .unwrap_or_else(|_| "info,rustdds=off,ros2_client=off,cdr_encoding=off".into());
     // A second start in one process keeps the first log.
     let _ = tracing_subscriber::fmt()
         .with_writer(std::io::stderr)
@@ -127,23 +129,6 @@ impl Inputs {
             streams.push(messages.map(input).boxed_local());
         }
         Ok(Self(select_all(streams)))
-    }
-}
-
-/// All publishers.
-struct Outputs {
-    corrected_velocities: Publisher<CircleVelocities>,
-    contacts: Publisher<Contacts>,
-    arena_states: Publisher<CircleStates>,
-}
-
-impl Outputs {
-    fn open(ros: &mut Ros) -> Result<Self, DdsError> {
-        Ok(Self {
-            corrected_velocities: ros.publisher("corrected_velocities", OUTPUT_DEPTH)?,
-            contacts: ros.publisher("contacts", OUTPUT_DEPTH)?,
-            arena_states: ros.publisher("arena_states", OUTPUT_DEPTH)?,
-        })
     }
 }
 
@@ -225,14 +210,11 @@ impl<'a> Runner<'a> {
             return;
         }
         let outcome = self.step(&[], tick);
-        self.publish_arena(&outcome);
+        self.arena_outcome(&outcome);
         let Some(arena) = self.world.arena() else { return };
         let reached = arena.now();
         if reached >= tick {
-            let discs = arena.discs(Owner::Simulated);
-            let states = publish::arena_states(self.arena_header(arena), discs);
-            let sent = self.outputs.arena_states.publish(states);
-            self.note_sent("arena_states", sent);
+            self.outputs.arena_states(arena, &mut self.complaints);
             self.ticks += 1;
         }
         self.pace.reached(reached, Instant::now());
@@ -269,20 +251,16 @@ impl<'a> Runner<'a> {
             if let Some(error) = &answer.unresolved {
                 self.complaints.refuse(topic, error);
             }
-            self.answer(message.header.clone(), &answer);
+            self.answer(&message.header, &answer);
         }
     }
 
-    fn answer(&mut self, header: Header, answer: &Answer) {
+    fn answer(&mut self, header: &Header, answer: &Answer) {
         self.status.count_message(answer.contacts.len());
         if answer.contacts.is_empty() {
             return;
         }
-        let velocities = publish::corrected_velocities(header.clone(), &answer.velocities);
-        let sent = self.outputs.corrected_velocities.publish(velocities);
-        self.note_sent("corrected_velocities", sent);
-        let sent = self.outputs.contacts.publish(publish::contacts(header, &answer.contacts));
-        self.note_sent("contacts", sent);
+        self.outputs.answer(header, answer, &mut self.complaints);
     }
 
     /// Brings the arena to the present and gives it the command there.
@@ -291,9 +269,9 @@ impl<'a> Runner<'a> {
         // What was asked may have ended a stall.
         self.stall = None;
         let before = self.step(&[], present);
-        self.publish_arena(&before);
+        self.arena_outcome(&before);
         let outcome = self.step(&[command], present);
-        self.publish_arena(&outcome);
+        self.arena_outcome(&outcome);
         outcome
     }
 
@@ -307,30 +285,9 @@ impl<'a> Runner<'a> {
         outcome
     }
 
-    /// Publishes the arena's contacts and what they ask of observed circles.
-    fn publish_arena(&mut self, outcome: &Outcome) {
-        let Some(arena) = self.world.arena() else { return };
-        let header = self.arena_header(arena);
-        if !outcome.corrections.is_empty() {
-            let velocities = publish::corrected_velocities(header.clone(), &outcome.corrections);
-            let sent = self.outputs.corrected_velocities.publish(velocities);
-            self.note_sent("corrected_velocities", sent);
-        }
-        if !outcome.contacts.is_empty() {
-            let contacts = publish::contacts(header, &outcome.contacts);
-            let sent = self.outputs.contacts.publish(contacts);
-            self.note_sent("contacts", sent);
-        }
-    }
-
-    fn arena_header(&self, arena: &Plain) -> Header {
-        let frame_id = self.scene.node.frame_id.clone();
-        Header { stamp: Time::from_seconds(arena.now()), frame_id }
-    }
-
-    fn note_sent(&mut self, topic: &str, sent: Result<(), DdsError>) {
-        if let Err(error) = sent {
-            self.complaints.refuse(topic, &error);
+    fn arena_outcome(&mut self, outcome: &Outcome) {
+        if let Some(arena) = self.world.arena() {
+            self.outputs.arena_outcome(arena, outcome, &mut self.complaints);
         }
     }
 }

@@ -41,24 +41,36 @@ pub fn report(
     if message.circles.len() > limits::CIRCLES_PER_MESSAGE {
         return Err(TooManyCircles(message.circles.len()));
     }
-    let mut counts: HashMap<DiscId, u32> = HashMap::with_capacity(message.circles.len());
-    for circle in &message.circles {
-        *counts.entry(circle.id).or_default() += 1;
-    }
     let mut report = Report { time: message.header.stamp.as_seconds(), ..Report::default() };
+    report.discs.reserve(message.circles.len());
     let mut bad = Vec::new();
+    let mut duplicates = duplicates(&message.circles);
     for circle in &message.circles {
-        // Removed at the first of its kind, so that each duplicate is named once.
-        match counts.remove(&circle.id) {
-            Some(1) => match disc(circle) {
+        // Each id with twins is named once, at its first circle.
+        match duplicates.get_mut(&circle.id).map(std::mem::take) {
+            None => match disc(circle) {
                 Ok(disc) => report.discs.push(disc),
                 Err(reason) => bad.push((circle.id, reason)),
             },
+            Some(0) => {}
             Some(count) => bad.push((circle.id, BadCircle::Duplicate { count })),
-            None => {}
         }
     }
     Ok((report, bad))
+}
+
+/// The ids that stand more than once, and how often.
+fn duplicates(circles: &[CircleState]) -> HashMap<DiscId, u32> {
+    // The usual message has ascending ids.
+    if circles.is_sorted_by(|a, b| a.id < b.id) {
+        return HashMap::new();
+    }
+    let mut counts: HashMap<DiscId, u32> = HashMap::with_capacity(circles.len());
+    for circle in circles {
+        *counts.entry(circle.id).or_default() += 1;
+    }
+    counts.retain(|_, count| *count > 1);
+    counts
 }
 
 fn disc(circle: &CircleState) -> Result<Disc, BadCircle> {

@@ -15,7 +15,7 @@
 
 use glam::DVec2;
 
-use crate::exact::{DoubleDouble, UNIT_ROUNDOFF, power_of_two_near, sum_of_products, two_sum};
+use crate::exact::{DoubleDouble, UNIT_ROUNDOFF, power_of_two_near, two_sum};
 use crate::world::Disc;
 
 /// What a contact changes.
@@ -66,21 +66,31 @@ pub fn collide(a: &Disc, b: &Disc, restitution: f64) -> Option<Impact> {
 pub fn approach(a: &Disc, b: &Disc) -> Option<(DVec2, f64)> {
     let d = b.position - a.position;
     let w = b.velocity - a.velocity;
+    let in_range = |x: f64| x > 1e-140 && x < 1e140;
+    if in_range(d.length_squared()) && in_range(w.length_squared()) {
+        return approach_scaled(a, b, 1.0, 1.0);
+    }
     // Exact scaling: squares and products of the scaled numbers are in range.
     let length_unit = power_of_two_near(d.abs().max_element());
     let speed_unit = power_of_two_near(w.abs().max_element());
-    let (d, w) = (d / length_unit, w / speed_unit);
+    approach_scaled(a, b, length_unit, speed_unit)
+}
+
+/// The same in these units, powers of two.
+fn approach_scaled(a: &Disc, b: &Disc, length: f64, speed: f64) -> Option<(DVec2, f64)> {
+    let d = (b.position - a.position) / length;
+    let w = (b.velocity - a.velocity) / speed;
     if d == DVec2::ZERO {
-        let speed = w.length();
-        return (speed > 0.0).then(|| (-w / speed, speed * speed_unit));
+        let size = w.length();
+        return (size > 0.0).then(|| (-w / size, size * speed));
     }
-    let mut along = sum_of_products(w.x, d.x, w.y, d.y);
-    let size = (w.x * d.x).abs() + (w.y * d.y).abs();
-    if along.abs() <= 8.0 * UNIT_ROUNDOFF * size {
-        along = approach_near_grazing(a, b, length_unit, speed_unit);
+    let (x, y) = (w.x * d.x, w.y * d.y);
+    let mut along = x + y;
+    if along.abs() <= 8.0 * UNIT_ROUNDOFF * (x.abs() + y.abs()) {
+        along = approach_near_grazing(a, b, length, speed);
     }
     let distance = d.length();
-    (along < 0.0).then(|| (d / distance, -along / distance * speed_unit))
+    (along < 0.0).then(|| (d / distance, -along / distance * speed))
 }
 
 /// `w.d` from the coordinates as given, without rounding their differences first.

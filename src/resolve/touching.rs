@@ -12,12 +12,21 @@ use crate::detect::Pair;
 use crate::detect::touching::gap;
 use crate::world::{Contact, Disc, Partner, limits};
 
-/// Resolves touching `pairs` of `discs` in place; what happened is one [`Contact`] a pair, by ids.
+/// What became of touching pairs.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Resolved {
+    /// One for each pair that approached, by ids.
+    pub contacts: Vec<Contact>,
+    /// Indices of the discs in these contacts, by ids, each once.
+    pub touched: Vec<usize>,
+}
+
+/// Resolves touching `pairs` of `discs` in place.
 ///
 /// A pair hit more than once in the cluster reports its first approach speed and the sums of its
 /// impulses and losses. `time` (s) is copied into the contacts. Pairs that do not approach are
 /// left alone and not reported.
-pub fn resolve(discs: &mut [Disc], pairs: &[Pair], restitution: f64, time: f64) -> Vec<Contact> {
+pub fn resolve(discs: &mut [Disc], pairs: &[Pair], restitution: f64, time: f64) -> Resolved {
     let mut cluster = Cluster::new(discs, pairs, restitution, time);
     let most_sweeps =
         (limits::CONTACT_CHECKS / pairs.len().max(1)).clamp(1, limits::CONTACT_SWEEPS);
@@ -26,7 +35,7 @@ pub fn resolve(discs: &mut [Disc], pairs: &[Pair], restitution: f64, time: f64) 
             break;
         }
     }
-    cluster.contacts.into_iter().flatten().collect()
+    cluster.finish()
 }
 
 /// The state of the sweeps. Counters tell which pairs can have changed since they were looked at.
@@ -34,7 +43,9 @@ struct Cluster<'a> {
     discs: &'a mut [Disc],
     /// By ids; in each pair the smaller id first.
     pairs: Vec<Pair>,
-    contacts: Vec<Option<Contact>>,
+    contacts: Vec<Contact>,
+    /// Where in `contacts` a pair is, if it had one.
+    contact_of: Vec<Option<u32>>,
     checked: Vec<usize>,
     changed: Vec<usize>,
     now: usize,
@@ -49,8 +60,9 @@ impl<'a> Cluster<'a> {
         let mut pairs: Vec<Pair> = pairs.iter().map(by_id).collect();
         pairs.sort_unstable_by_key(|&(i, j)| (id(i), id(j)));
         let changed = vec![1; discs.len()];
-        let (contacts, checked) = (vec![None; pairs.len()], vec![0; pairs.len()]);
-        Self { discs, pairs, contacts, checked, changed, now: 1, restitution, time }
+        let (contact_of, checked) = (vec![None; pairs.len()], vec![0; pairs.len()]);
+        let contacts = Vec::with_capacity(pairs.len());
+        Self { discs, pairs, contacts, contact_of, checked, changed, now: 1, restitution, time }
     }
 
     /// Looks once at every pair that may approach; breaks when none does.
@@ -70,19 +82,29 @@ impl<'a> Cluster<'a> {
         if calm { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
+    fn finish(mut self) -> Resolved {
+        let in_contact = self.pairs.iter().zip(&self.contact_of).filter(|(_, c)| c.is_some());
+        let mut touched: Vec<usize> = in_contact.flat_map(|(&(i, j), _)| [i, j]).collect();
+        touched.sort_unstable_by_key(|&k| self.discs[k].id);
+        touched.dedup();
+        self.contacts.sort_unstable_by_key(|contact| (contact.a, contact.b));
+        Resolved { contacts: self.contacts, touched }
+    }
+
     fn apply(&mut self, k: usize, impact: &Impact) {
         let (i, j) = self.pairs[k];
         self.now += 1;
         (self.changed[i], self.changed[j]) = (self.now, self.now);
         self.discs[i].velocity = impact.velocity_a;
         self.discs[j].velocity = impact.velocity_b;
-        match &mut self.contacts[k] {
-            Some(contact) => {
-                contact.impulse += impact.impulse;
-                contact.energy_loss += impact.energy_loss;
-            }
-            first => *first = Some(pair_contact(&self.discs[i], &self.discs[j], impact, self.time)),
+        if let Some(known) = self.contact_of[k] {
+            let contact = &mut self.contacts[known as usize];
+            contact.impulse += impact.impulse;
+            contact.energy_loss += impact.energy_loss;
+            return;
         }
+        self.contact_of[k] = Some(self.contacts.len() as u32);
+        self.contacts.push(pair_contact(&self.discs[i], &self.discs[j], impact, self.time));
     }
 }
 

@@ -36,3 +36,14 @@ pub struct Contact {
     /// When, s.
     pub time: f64,
 }
+
+impl Contact {
+    /// The ids of the one or two discs in it.
+    pub fn discs(&self) -> impl Iterator<Item = DiscId> + use<> {
+        let partner = match self.b {
+            Partner::Disc(id) => Some(id),
+            Partner::Wall(_) => None,
+        };
+        std::iter::once(self.a).chain(partner)
+    }
+}

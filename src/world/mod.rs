@@ -12,7 +12,7 @@ mod walls;
 
 pub mod limits;
 
-use std::collections::{BTreeSet, HashSet};
+use std::collections::HashSet;
 
 pub use command::{Answer, Command, Instants, Outcome, Refusal, Report};
 pub use contact::{Contact, Partner};
@@ -69,6 +69,8 @@ pub struct World {
     settings: Settings,
     plan: Plan,
     observed: Observed,
+    /// Observed circles as the last answer left them: kept for its memory only.
+    scratch: Vec<Disc>,
     pucks: HashSet<DiscId>,
     arena: Option<Plain>,
 }
@@ -80,7 +82,8 @@ impl World {
         let arena =
             (!pucks.is_empty()).then(|| Plain::new(plan.laws(&settings), pucks, plan.epoch));
         let pucks = pucks.iter().map(|puck| puck.id).collect();
-        Self { settings, plan, observed: Observed::default(), pucks, arena }
+        let (observed, scratch) = (Observed::default(), Vec::new());
+        Self { settings, plan, observed, scratch, pucks, arena }
     }
 
     /// One step: what was asked, what touches, what that does, what time brings.
@@ -123,13 +126,14 @@ impl World {
 
     /// Apply: takes over a report, for the resolver and for the arena.
     fn apply(&mut self, report: &Report, heard_at: f64) -> Vec<(DiscId, Refusal)> {
+        let Some(arena) = &mut self.arena else {
+            return self.observed.take(&report.discs, heard_at);
+        };
         let (simulated, discs): (Vec<Disc>, Vec<Disc>) =
             report.discs.iter().partition(|disc| self.pucks.contains(&disc.id));
         let mut refused = self.observed.take(&discs, heard_at);
-        if let Some(arena) = &mut self.arena {
-            let taken = discs.iter().filter(|disc| self.observed.place(disc.id).is_some());
-            taken.for_each(|disc| arena.observe(*disc));
-        }
+        let taken = discs.iter().filter(|disc| self.observed.place(disc.id).is_some());
+        taken.for_each(|disc| arena.observe(*disc));
         refused.extend(simulated.iter().map(|disc| (disc.id, Refusal::Simulated)));
         refused
     }
@@ -146,7 +150,7 @@ impl World {
 
     /// Resolve: what the contacts do to the velocities that were reported.
     fn resolve(
-        &self,
+        &mut self,
         pairs: Result<Vec<Pair>, TooManyPairs>,
         time: f64,
         refused: Vec<(DiscId, Refusal)>,
@@ -156,30 +160,25 @@ impl World {
             Ok(_) => return Answer { refused, ..Answer::default() },
             Err(error) => return Answer { refused, unresolved: Some(error), ..Answer::default() },
         };
-        let mut discs = self.observed.discs().to_vec();
-        let restitution = self.settings.restitution;
-        let contacts = resolve::touching::resolve(&mut discs, &pairs, restitution, time);
-        let places = discs_in(&contacts).into_iter().filter_map(|id| self.observed.place(id));
-        let velocities = places.map(|k| (discs[k].id, discs[k].velocity)).collect();
-        Answer { contacts, velocities, refused, unresolved: None }
+        self.scratch.clear();
+        self.scratch.extend_from_slice(self.observed.discs());
+        let (discs, restitution) = (&mut self.scratch, self.settings.restitution);
+        let resolved = resolve::touching::resolve(discs, &pairs, restitution, time);
+        let velocity = |k: usize| (discs[k].id, discs[k].velocity);
+        let velocities = resolved.touched.into_iter().map(velocity).collect();
+        Answer { contacts: resolved.contacts, velocities, refused, unresolved: None }
     }
 
     /// Advance: moves the arena on; contacts with observed circles become corrections.
     fn advance(&mut self, until: f64, outcome: &mut Outcome) {
         let Some(arena) = &mut self.arena else { return };
         outcome.stall = arena.advance(until, &mut outcome.contacts).err();
-        let touched = discs_in(&outcome.contacts);
+        if self.observed.discs().is_empty() {
+            return;
+        }
+        let touched: HashSet<DiscId> = outcome.contacts.iter().flat_map(Contact::discs).collect();
         let observed = arena.discs(Owner::Observed).filter(|disc| touched.contains(&disc.id));
         outcome.corrections = observed.map(|disc| (disc.id, disc.velocity)).collect();
         outcome.corrections.sort_unstable_by_key(|(id, _)| *id);
     }
-}
-
-/// The ids of all discs in these contacts, in order.
-fn discs_in(contacts: &[Contact]) -> BTreeSet<DiscId> {
-    let partner = |contact: &Contact| match contact.b {
-        Partner::Disc(id) => Some(id),
-        Partner::Wall(_) => None,
-    };
-    contacts.iter().flat_map(|contact| [Some(contact.a), partner(contact)]).flatten().collect()
 }

@@ -43,8 +43,15 @@ impl Observed {
     pub fn take(&mut self, discs: &[Disc], heard_at: f64) -> Vec<(DiscId, Refusal)> {
         self.reports += 1;
         let mut refused = Vec::new();
+        // Circles mostly come in the same order again: each place is looked for behind the last.
+        let mut guess = 0;
         for disc in discs {
-            if let Some(&k) = self.places.get(&disc.id) {
+            let known = match self.discs.get(guess) {
+                Some(next) if next.id == disc.id => Some(guess),
+                _ => self.place(disc.id),
+            };
+            if let Some(k) = known {
+                guess = k + 1;
                 (self.discs[k], self.heard_at[k], self.reported_in[k]) =
                     (*disc, heard_at, self.reports);
             } else if self.discs.len() < limits::OBSERVED_CIRCLES {

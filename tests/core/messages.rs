@@ -7,8 +7,10 @@ fn read(path: &str) -> String {
     std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
+type Words = Vec<(String, String)>;
+
 /// `(type, name)` of each field of a .msg file, and its constants with their values.
-fn msg_fields(text: &str) -> (Vec<(String, String)>, Vec<(String, String)>) {
+fn msg_fields(text: &str) -> (Words, Words) {
     let (mut fields, mut constants) = (Vec::new(), Vec::new());
     for line in text.lines() {
         let (code, comment) = line.split_once('#').unwrap_or((line, ""));
@@ -23,7 +25,7 @@ fn msg_fields(text: &str) -> (Vec<(String, String)>, Vec<(String, String)>) {
 }
 
 /// `(type, name)` of each field of a mirror, in the words of a .msg file.
-fn mirror_fields(source: &str, name: &str) -> Vec<(String, String)> {
+fn mirror_fields(source: &str, name: &str) -> Words {
     let start = format!("pub struct {name} {{");
     let body = source.split_once(&start).unwrap_or_else(|| panic!("no mirror of {name}")).1;
     let body = body.split_once('}').expect("an end").0;
