@@ -53,12 +53,11 @@ fn main() -> ExitCode {
 
 #[cfg(feature = "ros")]
 fn run(scene: &Scene, arguments: &RunArguments) -> ExitCode {
-    use carom::node::{self, NodeError, RunOptions};
+    use carom::node::{self, RunOptions};
     let options = RunOptions { seconds: arguments.seconds, rate: arguments.rate };
     match node::run(scene, options) {
         Ok(()) => ExitCode::SUCCESS,
-        Err(error @ NodeError::BadUse(_)) => complain(&error, 2),
-        Err(error) => complain(&error, 1),
+        Err(error) => complain(&error, if error.is_bad_use() { 2 } else { 1 }),
     }
 }
 

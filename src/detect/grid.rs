@@ -157,7 +157,7 @@ fn floor(x: f64) -> i64 {
     towards_zero.saturating_sub(i64::from(towards_zero as f64 > x))
 }
 
-/// Columns and rows: as many as the discs are spread over, but together at most four a disc.
+/// Columns and rows: as many as the discs are spread over, but together at most eight a disc.
 fn size(discs: &[Disc], chosen: &[usize], width: f64) -> (usize, usize) {
     let positions = || chosen.iter().map(|&k| discs[k].position);
     let min = positions().fold(DVec2::INFINITY, DVec2::min);
@@ -165,7 +165,7 @@ fn size(discs: &[Disc], chosen: &[usize], width: f64) -> (usize, usize) {
     let spread = ((max - min) / width).min(DVec2::splat(1e6));
     let cells = |spread: f64| (spread as usize + 1).next_power_of_two().max(4);
     let (mut columns, mut rows) = (cells(spread.x), cells(spread.y));
-    while columns * rows > (4 * chosen.len()).max(16) {
+    while columns * rows > (8 * chosen.len()).max(16) {
         let longer = if columns > rows { &mut columns } else { &mut rows };
         *longer /= 2;
     }

@@ -60,10 +60,17 @@ fn square_terms(x: DoubleDouble) -> [f64; 6] {
     [low.lo, low.hi, cross.lo, cross.hi, high.lo, high.hi]
 }
 
-/// Distance of the two surfaces, m; negative = overlap. Relative error a few u of the radii.
+/// Distance of the two surfaces, m; negative = overlap. Right to a few u of itself or, in a deep
+/// overlap, of the radii.
 pub fn gap(a: &Disc, b: &Disc) -> f64 {
     let d = b.position - a.position;
     let reach = a.radius + b.radius;
+    let distance = d.length();
+    // Far from contact nothing cancels; a distance out of range is not finite or 0.
+    let overlap = reach - distance;
+    if overlap > 0.125 * reach && distance > 1e-140 && reach < 1e140 {
+        return -overlap;
+    }
     let unit = power_of_two_near(d.abs().max_element().max(reach));
     let (x, y, s) = (d.x / unit, d.y / unit, reach / unit);
     // (d^2 - s^2) / (|d| + s): the cancelling difference is taken before anything is rounded.

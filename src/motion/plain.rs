@@ -399,7 +399,7 @@ impl Plain {
         orphans.for_each(|k| self.predict(k, offset));
     }
 
-    /// Finds the earliest event of a body, and tells the partners that it comes earlier than theirs.
+    /// Finds the earliest event of a body; tells the partners for whom it comes before theirs.
     fn predict(&mut self, k: usize, offset: f64) {
         let body = self.bodies[k];
         let disc = body.at(offset);

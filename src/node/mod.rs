@@ -2,8 +2,8 @@
 //! crate, reads the clock or waits.
 //!
 //! Subscriptions only hand messages over; the loop steps the world, at once for a message and at
-//! every tick for the arena; results leave as arrays. [`dds`] is the door to ROS 2, [`pace`] maps
-//! wall time to simulated time, [`status`] is the line that a person watches.
+//! every tick for the arena; results leave as arrays. `dds` is the door to ROS 2, `pace` maps
+//! wall time to simulated time, `status` is the line that a person watches.
 
 mod complaints;
 mod dds;
@@ -59,6 +59,19 @@ pub enum NodeError {
     System(#[from] std::io::Error),
 }
 
+impl NodeError {
+    /// Whether the caller asked for something that cannot be: exit code 2.
+    pub fn is_bad_use(&self) -> bool {
+        matches!(
+            self,
+            Self::BadUse(_)
+                | Self::Dds(
+                    DdsError::Environment { .. } | DdsError::DomainId(_) | DdsError::Name { .. }
+                )
+        )
+    }
+}
+
 /// Runs a scene until the time is over or SIGINT or SIGTERM comes.
 ///
 /// # Errors
@@ -101,6 +114,15 @@ fn domain_id() -> Result<u16, NodeError> {
     id.ok_or_else(|| {
         NodeError::BadUse(format!("ROS_DOMAIN_ID={text}: must be 0 to {}", dds::DOMAIN_ID_MAX))
     })
+}
+
+/// Sleeps until an instant; what is past costs no turn of the timer wheel, which is a millisecond.
+async fn wake_at(instant: Instant) {
+    if instant <= Instant::now() {
+        tokio::task::yield_now().await;
+    } else {
+        tokio::time::sleep_until(instant.into()).await;
+    }
 }
 
 /// Something that arrived.
@@ -169,7 +191,7 @@ impl<'a> Runner<'a> {
                 _ = terminate.recv() => break,
                 _ = status.tick() => self.status.write(self.world.arena(), Instant::now()),
                 Some(input) = inputs.0.next() => self.handle(input),
-                () = tokio::time::sleep_until(self.next_wake().into()) => {}
+                () = wake_at(self.next_wake()) => {}
             }
             self.tick_if_due();
         }

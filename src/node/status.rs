@@ -85,18 +85,17 @@ impl Status {
         self.answered_contacts + arena.map_or(0, Plain::contacts)
     }
 
-    fn line(&self, arena: Option<&Plain>, factor: f64, contacts_per_second: f64) -> String {
+    fn line(&self, arena: Option<&Plain>, factor: f64, rate: f64) -> String {
         match arena {
             Some(arena) => format!(
-                "t = {:.1} s   real-time factor {factor:.2}   {contacts_per_second:.0} contacts/s   \
-                 energy drift {:+.1e}",
+                "t = {:.1} s   real-time factor {factor:.2}   {rate:.0} contacts/s   energy drift \
+                 {:+.1e}",
                 arena.now(),
                 arena.relative_energy_drift(),
             ),
-            None => format!(
-                "resolver   {} messages answered   {contacts_per_second:.0} contacts/s",
-                self.messages
-            ),
+            None => {
+                format!("resolver   {} messages answered   {rate:.0} contacts/s", self.messages)
+            }
         }
     }
 }

@@ -68,29 +68,29 @@ pub fn approach(a: &Disc, b: &Disc) -> Option<(DVec2, f64)> {
     let w = b.velocity - a.velocity;
     let in_range = |x: f64| x > 1e-140 && x < 1e140;
     if in_range(d.length_squared()) && in_range(w.length_squared()) {
-        return approach_scaled(a, b, 1.0, 1.0);
+        return approach_along(d, w, || approach_near_grazing(a, b, 1.0, 1.0));
     }
     // Exact scaling: squares and products of the scaled numbers are in range.
-    let length_unit = power_of_two_near(d.abs().max_element());
-    let speed_unit = power_of_two_near(w.abs().max_element());
-    approach_scaled(a, b, length_unit, speed_unit)
+    let length = power_of_two_near(d.abs().max_element());
+    let speed = power_of_two_near(w.abs().max_element());
+    let near_grazing = || approach_near_grazing(a, b, length, speed);
+    let (normal, approach_speed) = approach_along(d / length, w / speed, near_grazing)?;
+    Some((normal, approach_speed * speed))
 }
 
-/// The same in these units, powers of two.
-fn approach_scaled(a: &Disc, b: &Disc, length: f64, speed: f64) -> Option<(DVec2, f64)> {
-    let d = (b.position - a.position) / length;
-    let w = (b.velocity - a.velocity) / speed;
+/// The same from relative position and velocity; `near_grazing` decides where `w.d` cancels.
+fn approach_along(d: DVec2, w: DVec2, near_grazing: impl FnOnce() -> f64) -> Option<(DVec2, f64)> {
     if d == DVec2::ZERO {
-        let size = w.length();
-        return (size > 0.0).then(|| (-w / size, size * speed));
+        let speed = w.length();
+        return (speed > 0.0).then(|| (-w / speed, speed));
     }
     let (x, y) = (w.x * d.x, w.y * d.y);
     let mut along = x + y;
     if along.abs() <= 8.0 * UNIT_ROUNDOFF * (x.abs() + y.abs()) {
-        along = approach_near_grazing(a, b, length, speed);
+        along = near_grazing();
     }
     let distance = d.length();
-    (along < 0.0).then(|| (d / distance, -along / distance * speed))
+    (along < 0.0).then(|| (d / distance, -along / distance))
 }
 
 /// `w.d` from the coordinates as given, without rounding their differences first.

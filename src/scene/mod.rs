@@ -1,7 +1,7 @@
 //! Scenes: an arena and its pucks, from a YAML file or shipped with the program.
 //!
-//! [`file`] is the format and its checks, [`batch`] places random pucks from a seed, [`shipped`]
-//! are the scenes in `config/`. Nothing here moves.
+//! [`mod@file`] is the format and its checks, [`batch`] places random pucks from a seed,
+//! [`shipped`] are the scenes in `config/`. Nothing here moves.
 
 pub mod file;
 

@@ -1,4 +1,4 @@
-"""The example of README.md, as a reader types it: its message published, its answer compared."""
+"""The examples of README.md, as a reader types them: messages published, the answers compared."""
 
 import os
 import re
@@ -7,7 +7,8 @@ from pathlib import Path
 
 import yaml
 from carom.msg import CircleState, CircleStates
-from harness import ROOT, Carom, Client, assert_close, nanoseconds, next_stamp
+from geometry_msgs.msg import Twist
+from harness import ROOT, Carom, Client, assert_close, nanoseconds, next_stamp, wait_until
 
 README = Path(os.environ.get("CAROM_README", ROOT / "README.md"))
 TOLERANCE = 1e-12
@@ -21,13 +22,13 @@ def block(marker):
     return found[1]
 
 
-def published():
-    """Topic, type and YAML of the `ros2 topic pub` command, split as a shell does."""
-    text = block("pub-example").replace("\\\n", "")
-    command = text[text.index("ros2 topic pub"):]
-    topic, kind, values = [w for w in shlex.split(command)[3:] if not w.startswith("-")][:3]
-    assert (topic, kind) == ("/circle_states", "carom/msg/CircleStates"), f"{topic} {kind}"
-    return yaml.safe_load(values)
+def published(marker):
+    """Topic, type and values of a `ros2 topic pub` command, split as a shell does."""
+    words = shlex.split(block(marker))
+    assert words[:3] == ["ros2", "topic", "pub"], words
+    start = next(index for index, word in enumerate(words) if word.startswith("/"))
+    topic, kind, values = words[start:]
+    return topic, kind, yaml.safe_load(values)
 
 
 def fill(message, values):
@@ -64,16 +65,42 @@ def compare(message, expected, where):
             assert actual == value, f"{label}: {actual!r}, not {value!r}"
 
 
-def main():
-    message = fill(CircleStates(), published())
+def resolver():
+    """The example of two circles: its answer is the text that README shows."""
+    topic, kind, values = published("pub-example")
+    assert (topic, kind) == ("/circle_states", "carom/msg/CircleStates"), f"{topic} {kind}"
+    message = fill(CircleStates(), values)
     expected = next(yaml.safe_load_all(block("echo-example")))
-    with Carom("resolver"), Client() as client:
+    with Carom(), Client() as client:
         client.connect()
         client.publisher.publish(message)
         stamp = nanoseconds(message.header.stamp)
         client.answer(stamp, "answer to the example")
         (answer,) = client.inboxes["corrected_velocities"].by_stamp[stamp]
+    print(answer)
     compare(answer, expected, "corrected_velocities")
+
+
+def drive():
+    """The example that drives a puck of the default arena: it has the velocity asked for."""
+    topic, kind, values = published("drive-example")
+    assert kind == "geometry_msgs/msg/Twist", kind
+    twist = fill(Twist(), values)
+    wanted = (twist.linear.x, twist.linear.y)
+    with Carom(), Client(topics=("arena_states",)) as client:
+        publisher = client.node.create_publisher(Twist, topic, 10)
+        states = client.inboxes["arena_states"].messages
+
+        def obeyed():
+            return any((c.vx, c.vy) == wanted for m in states for c in m.circles)
+
+        wait_until(obeyed, f"a puck with the velocity {wanted}",
+                   each=lambda: publisher.publish(twist))
+
+
+def main():
+    resolver()
+    drive()
 
 
 if __name__ == "__main__":

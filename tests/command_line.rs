@@ -1,0 +1,129 @@
+//! The command line: exit codes, one clear line for an error, an end when asked for.
+
+use std::io::{BufRead, BufReader};
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+fn carom(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_carom"));
+    command
+        .args(arguments)
+        .env("ROS_DOMAIN_ID", "78")
+        .env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+        .env_remove("ROS_LOCALHOST_ONLY")
+        .env_remove("RUST_LOG")
+        .stdin(Stdio::null());
+    command
+}
+
+fn output(arguments: &[&str]) -> Output {
+    carom(arguments).output().expect("the program was built")
+}
+
+/// The only line on stderr of a refused call.
+fn refusal(command: &mut Command) -> String {
+    let output = command.output().expect("the program was built");
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    assert_eq!(text.lines().count(), 1, "{text}");
+    text
+}
+
+#[test]
+fn bad_use_is_one_line_and_exit_code_2() {
+    let cases: [(&[&str], &str); 8] = [
+        (&["run", "nosuch"], "nosuch: No such file"),
+        (&["nosuch.yaml"], "nosuch.yaml: No such file"),
+        (&["run", "--rate", "-1"], "'--rate <FACTOR>': must be a number of 0 or more"),
+        (&["run", "--rate", "fast"], "'--rate <FACTOR>': must be a number of 0 or more"),
+        (&["run", "--for", "0"], "'--for <SECONDS>': must be a number of seconds above 0"),
+        (&["run", "--for", "inf"], "'--for <SECONDS>': must be a number of seconds above 0"),
+        (&["--frob"], "unexpected argument '--frob'"),
+        (&["run", "arena", "head_on"], "unexpected argument 'head_on'"),
+    ];
+    for (arguments, expected) in cases {
+        let text = refusal(&mut carom(arguments));
+        assert!(text.starts_with("carom: ") && text.contains(expected), "{arguments:?}: {text}");
+    }
+    let folder = refusal(&mut carom(&["run", env!("CARGO_TARGET_TMPDIR")]));
+    assert!(folder.contains("directory"), "{folder}");
+}
+
+#[test]
+fn the_environment_is_checked() {
+    for id in ["233", "-1", "many"] {
+        let text = refusal(carom(&["--for", "1"]).env("ROS_DOMAIN_ID", id));
+        assert!(text.contains(&format!("ROS_DOMAIN_ID={id}: must be 0 to 232")), "{text}");
+    }
+    let text = refusal(carom(&["--for", "1"]).env("ROS_AUTOMATIC_DISCOVERY_RANGE", "MARS"));
+    assert!(text.contains("ROS_AUTOMATIC_DISCOVERY_RANGE=MARS"), "{text}");
+}
+
+#[test]
+fn help_and_version_go_to_stdout() {
+    let help = output(&["--help"]);
+    assert!(help.status.success() && help.stderr.is_empty());
+    assert!(String::from_utf8_lossy(&help.stdout).contains("run"));
+    assert!(output(&["--version"]).status.success());
+    // Names in the help are those of the shipped scenes.
+    let help = String::from_utf8_lossy(&output(&["run", "--help"]).stdout).into_owned();
+    for name in carom::scene::shipped::names() {
+        assert!(help.contains(name), "{name}");
+    }
+}
+
+#[test]
+fn a_run_ends_by_itself_and_says_how_it_went() {
+    for scene in ["arena", "head_on", "newtons_cradle", "break_shot", "teams"] {
+        let output = output(&["run", scene, "--for", "5", "--rate", "0"]);
+        let text = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(0), "{text}");
+        let last = text.lines().last().unwrap_or_default();
+        for word in ["t = 5.0 s", "real-time factor", "contacts/s", "energy drift", "overlap"] {
+            assert!(last.contains(word), "{scene}: {text}");
+        }
+    }
+}
+
+#[test]
+fn real_time_is_kept() {
+    let start = Instant::now();
+    assert!(output(&["run", "head_on", "--for", "1"]).status.success());
+    let twice = start.elapsed();
+    assert!(twice >= Duration::from_secs(1), "{twice:?}");
+    assert!(output(&["run", "resolver", "--for", "0.5"]).status.success());
+}
+
+#[test]
+fn a_stalled_arena_ends_with_exit_code_1() {
+    let scene = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("squeeze.yaml");
+    let text = "walls: {x: [0, 100], y: [0, 4]}\npucks:\n  \
+                - {name: light, position: [1, 2], velocity: [1, 0], radius: 0.5}\n  \
+                - {name: piston, position: [4.5, 2], velocity: [-1, 0], radius: 0.5, mass: .inf}\n";
+    std::fs::write(&scene, text).expect("a scratch folder");
+    let output = output(&["run", &scene.to_string_lossy(), "--for", "9", "--rate", "0"]);
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1), "{text}");
+    assert!(text.contains("carom: arena stalled at t = 2.99"), "{text}");
+}
+
+/// Ends a running node by a signal; the code it ends with and the time that it takes.
+fn end_by(signal: &str) -> (Option<i32>, Duration) {
+    let mut child = carom(&[]).stderr(Stdio::piped()).spawn().expect("the program was built");
+    let mut lines = BufReader::new(child.stderr.take().expect("piped")).lines();
+    assert!(lines.next().expect("a line").expect("text").contains("the default arena"));
+    let start = Instant::now();
+    let kill = Command::new("kill").args([signal, &child.id().to_string()]).status();
+    assert!(kill.expect("kill runs").success());
+    let status = child.wait().expect("our child");
+    (status.code(), start.elapsed())
+}
+
+#[test]
+fn signals_end_it_cleanly() {
+    for signal in ["-INT", "-TERM"] {
+        let (code, time) = end_by(signal);
+        assert_eq!(code, Some(0), "{signal}");
+        assert!(time < Duration::from_secs(2), "{signal}: {time:?}");
+    }
+}
