@@ -2,7 +2,8 @@
 //!
 //! [`pair`] is the law for two discs, in the form that loses no digits; [`vector_method`] is the
 //! same law as the seven textbook steps, kept as its judge. [`wall`] is the law for a wall.
-//! [`touching`] resolves many contacts that exist at the same instant.
+//! [`touching`] resolves many contacts that exist at the same instant, those that share discs by
+//! [`simultaneous`].
 
 pub mod pair;
 
@@ -11,3 +12,5 @@ pub mod vector_method;
 pub mod wall;
 
 pub mod touching;
+
+pub mod simultaneous;

@@ -1,15 +1,21 @@
-//! Many contacts at the same instant: one pair after the other, until no touching pair approaches.
+//! Many contacts at the same instant, until no touching pair approaches.
 //!
-//! The order is that of the ids, so the result does not depend on the order of the input. Momentum
-//! is kept by every single step, energy too at restitution 1, and a struck row of equal discs
-//! passes the blow on to its end. Below restitution 1 a cluster needs endlessly many blows to come
-//! to rest: sweeps are bounded, what approach is left is a vanishing part of the first.
+//! In rounds: of the pairs that approach, one that shares no disc with another is a collision like
+//! any other; those that share discs are reflected together, so that neither the order of the input
+//! nor that of the ids matters and symmetry stays. A struck row of equal discs passes the blow on
+//! to its end, a contact a round. Very large groups go pair by pair, by ids.
+//!
+//! Momentum is kept by every step, energy too at restitution 1. Below it a cluster needs endlessly
+//! many rounds to come to rest: they are bounded, and what approach is left is a vanishing part of
+//! the first.
 
-use std::ops::ControlFlow;
+use glam::DVec2;
 
-use super::pair::{Impact, collide};
+use super::pair::{Impact, approach, collide};
+use super::simultaneous::{Blow, Reflector, Touching};
 use crate::detect::Pair;
 use crate::detect::touching::gap;
+use crate::exact::UNIT_ROUNDOFF;
 use crate::world::{Contact, Disc, Partner, limits};
 
 /// What became of touching pairs.
@@ -28,17 +34,21 @@ pub struct Resolved {
 /// left alone and not reported.
 pub fn resolve(discs: &mut [Disc], pairs: &[Pair], restitution: f64, time: f64) -> Resolved {
     let mut cluster = Cluster::new(discs, pairs, restitution, time);
-    let most_sweeps =
-        (limits::CONTACT_CHECKS / pairs.len().max(1)).clamp(1, limits::CONTACT_SWEEPS);
-    for _ in 0..most_sweeps {
-        if cluster.sweep().is_break() {
+    let most = (limits::CONTACT_CHECKS / pairs.len().max(1)).clamp(1, limits::CONTACT_ROUNDS);
+    for _ in 0..most {
+        let approaching = cluster.approaching();
+        if approaching.is_empty() {
             break;
+        }
+        let rooted = cluster.by_group(approaching);
+        for group in rooted.chunk_by(|a, b| a.root == b.root) {
+            cluster.resolve_group(group);
         }
     }
     cluster.finish()
 }
 
-/// The state of the sweeps. Counters tell which pairs can have changed since they were looked at.
+/// The state of the rounds. Counters tell which pairs can have changed since they were looked at.
 struct Cluster<'a> {
     discs: &'a mut [Disc],
     /// By ids; in each pair the smaller id first.
@@ -49,8 +59,20 @@ struct Cluster<'a> {
     checked: Vec<usize>,
     changed: Vec<usize>,
     now: usize,
+    reflector: Reflector,
     restitution: f64,
     time: f64,
+}
+
+/// A pair that approaches.
+#[derive(Clone, Copy, Debug)]
+struct Approaching {
+    /// Names its group.
+    root: usize,
+    /// Index into the pairs.
+    pair: usize,
+    /// Unit normal from the first disc to the second.
+    normal: DVec2,
 }
 
 impl<'a> Cluster<'a> {
@@ -61,25 +83,103 @@ impl<'a> Cluster<'a> {
         pairs.sort_unstable_by_key(|&(i, j)| (id(i), id(j)));
         let changed = vec![1; discs.len()];
         let (contact_of, checked) = (vec![None; pairs.len()], vec![0; pairs.len()]);
-        let contacts = Vec::with_capacity(pairs.len());
-        Self { discs, pairs, contacts, contact_of, checked, changed, now: 1, restitution, time }
+        Self {
+            discs,
+            contacts: Vec::with_capacity(pairs.len()),
+            pairs,
+            contact_of,
+            checked,
+            changed,
+            now: 1,
+            reflector: Reflector::default(),
+            restitution,
+            time,
+        }
     }
 
-    /// Looks once at every pair that may approach; breaks when none does.
-    fn sweep(&mut self) -> ControlFlow<()> {
-        let mut calm = true;
-        for k in 0..self.pairs.len() {
-            let (i, j) = self.pairs[k];
-            if self.changed[i].max(self.changed[j]) <= self.checked[k] {
+    /// The pairs that approach and can change, by ids.
+    fn approaching(&mut self) -> Vec<Approaching> {
+        let mut approaching = Vec::new();
+        for (pair, &(i, j)) in self.pairs.iter().enumerate() {
+            if self.changed[i].max(self.changed[j]) <= self.checked[pair] {
                 continue;
             }
-            if let Some(impact) = collide(&self.discs[i], &self.discs[j], self.restitution) {
-                self.apply(k, &impact);
-                calm = false;
+            self.checked[pair] = self.now;
+            let (a, b) = (&self.discs[i], &self.discs[j]);
+            let Some((normal, speed)) = approach(a, b) else { continue };
+            // After a first blow, what is left may be the rounding of the velocities.
+            let settled = self.contact_of[pair].is_some()
+                && speed <= 4.0 * UNIT_ROUNDOFF * (a.velocity.length() + b.velocity.length());
+            if !settled && (a.mass.is_finite() || b.mass.is_finite()) {
+                approaching.push(Approaching { root: 0, pair, normal });
             }
-            self.checked[k] = self.now;
         }
-        if calm { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        approaching
+    }
+
+    /// Sorts pairs into groups that share no disc which they could move; each in order of ids.
+    fn by_group(&self, mut approaching: Vec<Approaching>) -> Vec<Approaching> {
+        let mut roots = Roots((0..self.discs.len()).collect());
+        let finite = |disc: usize| self.discs[disc].mass.is_finite();
+        for &Approaching { pair, .. } in &approaching {
+            let (i, j) = self.pairs[pair];
+            if finite(i) && finite(j) {
+                roots.join(i, j);
+            }
+        }
+        for member in &mut approaching {
+            let (i, j) = self.pairs[member.pair];
+            member.root = roots.find(if finite(i) { i } else { j });
+        }
+        approaching.sort_by_key(|member| member.root);
+        approaching
+    }
+
+    fn resolve_group(&mut self, group: &[Approaching]) {
+        if (2..=limits::GROUP_CONTACTS).contains(&group.len()) {
+            return self.reflect_group(group);
+        }
+        for &Approaching { pair, .. } in group {
+            let (i, j) = self.pairs[pair];
+            if let Some(impact) = collide(&self.discs[i], &self.discs[j], self.restitution) {
+                self.discs[i].velocity = impact.velocity_a;
+                self.discs[j].velocity = impact.velocity_b;
+                let contact = pair_contact(&self.discs[i], &self.discs[j], &impact, self.time);
+                self.note(pair, &contact);
+            }
+        }
+    }
+
+    /// Reflects a group of contacts together.
+    fn reflect_group(&mut self, group: &[Approaching]) {
+        let touching = |member: &Approaching| {
+            let (i, j) = self.pairs[member.pair];
+            Touching { i, j, normal: member.normal }
+        };
+        let contacts: Vec<Touching> = group.iter().map(touching).collect();
+        let mut reflector = std::mem::take(&mut self.reflector);
+        let blows: Vec<Blow> = reflector.reflect(self.discs, &contacts, self.restitution).collect();
+        self.reflector = reflector;
+        for (member, blow) in group.iter().zip(&blows) {
+            let (i, j) = self.pairs[member.pair];
+            let (a, b) = (&self.discs[i], &self.discs[j]);
+            self.note(member.pair, &contact(a, b, member.normal, blow, self.time));
+        }
+    }
+
+    /// Takes note of a contact; a pair hit again adds to its first.
+    fn note(&mut self, k: usize, contact: &Contact) {
+        let (i, j) = self.pairs[k];
+        self.now += 1;
+        (self.changed[i], self.changed[j]) = (self.now, self.now);
+        if let Some(known) = self.contact_of[k] {
+            let known = &mut self.contacts[known as usize];
+            known.impulse += contact.impulse;
+            known.energy_loss += contact.energy_loss;
+            return;
+        }
+        self.contact_of[k] = Some(self.contacts.len() as u32);
+        self.contacts.push(*contact);
     }
 
     fn finish(mut self) -> Resolved {
@@ -90,36 +190,45 @@ impl<'a> Cluster<'a> {
         self.contacts.sort_unstable_by_key(|contact| (contact.a, contact.b));
         Resolved { contacts: self.contacts, touched }
     }
+}
 
-    fn apply(&mut self, k: usize, impact: &Impact) {
-        let (i, j) = self.pairs[k];
-        self.now += 1;
-        (self.changed[i], self.changed[j]) = (self.now, self.now);
-        self.discs[i].velocity = impact.velocity_a;
-        self.discs[j].velocity = impact.velocity_b;
-        if let Some(known) = self.contact_of[k] {
-            let contact = &mut self.contacts[known as usize];
-            contact.impulse += impact.impulse;
-            contact.energy_loss += impact.energy_loss;
-            return;
+/// Disjoint sets of discs, each known by its smallest member.
+struct Roots(Vec<usize>);
+
+impl Roots {
+    fn find(&mut self, mut disc: usize) -> usize {
+        while self.0[disc] != disc {
+            // Halves the path on the way.
+            self.0[disc] = self.0[self.0[disc]];
+            disc = self.0[disc];
         }
-        self.contact_of[k] = Some(self.contacts.len() as u32);
-        self.contacts.push(pair_contact(&self.discs[i], &self.discs[j], impact, self.time));
+        disc
+    }
+
+    fn join(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.find(a), self.find(b));
+        self.0[a.max(b)] = a.min(b);
     }
 }
 
-/// The record of a pair's contact.
+/// The record of a pair's collision.
 pub fn pair_contact(a: &Disc, b: &Disc, impact: &Impact, time: f64) -> Contact {
+    let Impact { impulse, approach_speed, energy_loss, .. } = *impact;
+    contact(a, b, impact.normal, &Blow { impulse, approach_speed, energy_loss }, time)
+}
+
+/// The record of a contact.
+fn contact(a: &Disc, b: &Disc, normal: DVec2, blow: &Blow, time: f64) -> Contact {
     let gap = gap(a, b);
     Contact {
         a: a.id,
         b: Partner::Disc(b.id),
-        point: a.position + impact.normal * (a.radius + 0.5 * gap),
-        normal: impact.normal,
+        point: a.position + normal * (a.radius + 0.5 * gap),
+        normal,
         gap,
-        approach_speed: impact.approach_speed,
-        impulse: impact.impulse,
-        energy_loss: impact.energy_loss,
+        approach_speed: blow.approach_speed,
+        impulse: blow.impulse,
+        energy_loss: blow.energy_loss,
         time,
     }
 }

@@ -27,10 +27,13 @@ pub const EVENTS_PER_INSTANT_AND_DISC: usize = 300;
 /// caught in a collapse: far more than a finite chain of blows between a few discs has.
 pub const QUICK_CONTACTS: u32 = 128;
 
-/// Most sweeps over contacts that share discs: below restitution 1 they would never end.
-pub const CONTACT_SWEEPS: usize = 1_000;
+/// Most rounds over contacts that share discs: below restitution 1 they would never end.
+pub const CONTACT_ROUNDS: usize = 1_000;
 
-/// Most pair checks over all sweeps for one message, which bounds the time of an answer.
+/// Most contacts reflected together; the cost grows with the cube. Larger groups go pair by pair.
+pub const GROUP_CONTACTS: usize = 24;
+
+/// Most pair checks over all rounds for one message, which bounds the time of an answer.
 pub const CONTACT_CHECKS: usize = 50_000_000;
 
 /// Time after which an observed circle leaves the world if nobody reports it, s.

@@ -145,6 +145,57 @@ fn a_touching_row_passes_the_blow_on() {
 }
 
 #[test]
+fn a_symmetric_scene_stays_symmetric() {
+    // A striker meets two discs at 30 degrees at the same instant: generalised reflections give
+    // (-1/5, 0) and (3/5, ±sqrt(3)/5); one pair after the other would not be symmetric.
+    let y = 1.0 - f64::EPSILON;
+    let mut discs = vec![
+        disc(0, [0.0, 0.0], [1.0, 0.0], 1.0, 1.0),
+        disc(1, [3f64.sqrt(), y], [0.0, 0.0], 1.0, 1.0),
+        disc(2, [3f64.sqrt(), -y], [0.0, 0.0], 1.0, 1.0),
+    ];
+    let resolved = resolve(&mut discs, &[(0, 1), (0, 2), (1, 2)], 1.0, 0.0);
+    assert_eq!((resolved.contacts.len(), resolved.touched), (2, vec![0, 1, 2]));
+    assert!(discs[0].velocity.distance(DVec2::new(-0.2, 0.0)) < 1e-15, "{}", discs[0].velocity);
+    let (up, down) = (discs[1].velocity, discs[2].velocity);
+    assert!(up.distance(DVec2::new(0.6, 3f64.sqrt() / 5.0)) < 1e-15, "{up}");
+    assert!(up.distance(DVec2::new(down.x, -down.y)) < 1e-15, "{up} {down}");
+}
+
+#[test]
+fn a_wedge_between_two_fixed_discs_bounces_back() {
+    let fixed = |id, y| disc(id, [3f64.sqrt(), y], [0.0; 2], 1.0, f64::INFINITY);
+    let mut discs = vec![disc(0, [0.0; 2], [1.0, 0.0], 1.0, 2.0), fixed(1, 1.0), fixed(2, -1.0)];
+    let contacts = resolve(&mut discs, &[(0, 1), (0, 2), (1, 2)], 1.0, 0.0).contacts;
+    assert!(discs[0].velocity.distance(DVec2::NEG_X) < 1e-15, "{}", discs[0].velocity);
+    assert_eq!((contacts.len(), discs[1].velocity), (2, DVec2::ZERO));
+}
+
+#[test]
+fn crowded_clusters_keep_momentum_and_lose_what_they_say() {
+    let mut random = Random::new(21);
+    for k in 0..300 {
+        let count = 3 + k % 40;
+        let discs: Vec<Disc> = (0..count as u32)
+            .map(|id| {
+                let (x, v) = (random.vector(1.0), random.vector(1.0));
+                disc(id, x.to_array(), v.to_array(), 0.3, random.uniform(0.1, 10.0))
+            })
+            .collect();
+        let pairs = carom::detect::all_pairs::touching_pairs(&discs, 0.0).expect("few");
+        for e in [0.0, 0.5, 1.0] {
+            let mut after = discs.clone();
+            let resolved = resolve(&mut after, &pairs, e, 0.0);
+            let loss: f64 = resolved.contacts.iter().map(|c| c.energy_loss).sum();
+            let (start, end) = (energy(&discs), energy(&after));
+            assert!((start - end - loss).abs() < 1e-10 * start, "{k} {e}: {start} {end} {loss}");
+            assert!(momentum(&after).distance(momentum(&discs)) < 1e-11 * start);
+            assert!(resolved.contacts.iter().all(|c| c.impulse >= 0.0 && c.energy_loss > -1e-12));
+        }
+    }
+}
+
+#[test]
 fn the_order_of_the_input_does_not_matter() {
     let mut random = Random::new(10);
     for _ in 0..200 {
