@@ -95,13 +95,13 @@ struct Bounds {
 }
 
 /// Three discs on a line. Above the critical restitution: `collisions` exact, velocities within
-/// `v abs`. Below: carom's policy (elastic contacts end the collapse, or a stall) must stop
-/// `within` so much of `collapse_time`, with `final relative velocities <`.
+/// `v abs`. Below: carom's policy (elastic contacts end the collapse, or a stall) must have its
+/// `t at stop within` so much of `collapse_time`, with `final relative velocities <`.
 pub fn collapse(root: &Field, _: Effort) -> Findings {
     let field = root.get("tolerance")?.get("kind")?;
     let bounds = Bounds {
         velocity: field.number_after("v abs")?,
-        time: field.number_after("within")?,
+        time: field.number_after("t at stop within")?,
         relative_velocity: field.number_after("final relative velocities <")?,
     };
     let inputs = root.get("inputs")?;

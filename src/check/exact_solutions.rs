@@ -1,6 +1,8 @@
 //! Kinds `edmd_*` whose answer is known in closed form: Galperin's billiard, the Tonks gas, unfolded
 //! and closed orbits, the cradle. No chaos, so every digit lost is the engine's.
 
+use std::collections::BTreeSet;
+
 use glam::DVec2;
 
 use super::Effort;
@@ -179,7 +181,7 @@ fn bounce_times(discs: &[Disc]) -> Option<(f64, f64)> {
 }
 
 /// Discs in a row. `v:` and `times:` are formulas in `n_collisions`, `|v0|` and `t`; number and
-/// order are exact where the smallest gap is above `gaps >`.
+/// order of each disc's contacts are exact where the smallest gap is above `gaps >`.
 pub fn cradle(root: &Field, _: Effort) -> Findings {
     let inputs = root.get("inputs")?;
     let tolerance = root.get("tolerance")?.get("value")?;
@@ -224,14 +226,25 @@ fn smallest_gap(discs: &[Disc]) -> f64 {
     discs.windows(2).map(gap).fold(f64::INFINITY, f64::min)
 }
 
-/// Contacts as "a-b".
+/// Contacts as "a-b", compared disc by disc: events of different discs at one instant have no order
+/// that doubles could tell, those of one disc have.
 fn judge_order(tally: &mut Tally, contacts: &[Contact], order: &Field) -> Read<()> {
     let words = |contact: &Contact| match contact.b {
-        Partner::Disc(b) => format!("{}-{b}", contact.a),
-        Partner::Wall(side) => format!("{}-{}", contact.a, super::arena::letter(side)),
+        Partner::Disc(b) => (contact.a.to_string(), b.to_string()),
+        Partner::Wall(side) => (contact.a.to_string(), super::arena::letter(side).to_owned()),
     };
-    for (k, (field, contact)) in order.items()?.iter().zip(contacts).enumerate() {
-        tally.exact(&format!("contact {k}"), words(contact).as_str(), field.words()?);
+    let ours: Vec<(String, String)> = contacts.iter().map(words).collect();
+    let mut theirs = Vec::new();
+    for field in order.items()? {
+        let pair = field.words()?.split_once('-').ok_or_else(|| field.wrong("must be `a-b`"))?;
+        theirs.push((pair.0.to_owned(), pair.1.to_owned()));
+    }
+    let met: BTreeSet<&String> = theirs.iter().flat_map(|(a, b)| [a, b]).collect();
+    for disc in met {
+        let of = |list: &[(String, String)]| -> Vec<(String, String)> {
+            list.iter().filter(|(a, b)| a == disc || b == disc).cloned().collect()
+        };
+        tally.exact(&format!("contacts of {disc}"), of(&ours), of(&theirs));
     }
     Ok(())
 }

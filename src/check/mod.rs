@@ -31,8 +31,12 @@ mod resolve;
 mod statistics;
 mod trajectory;
 
+use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc;
+use std::thread;
 use std::time::Instant;
 
 use serde_json::Value;
@@ -112,19 +116,56 @@ pub fn check(options: &Options, out: &mut impl Write) -> Result<Summary, CheckEr
     let files = files::read(options.cases.as_deref(), options.only.as_deref())?;
     let effort = if options.quick { Effort::Quick } else { Effort::Full };
     let mut reports = Vec::with_capacity(files.len());
-    for file in &files {
-        let report = run(file, effort);
+    each_in_order(&files, effort, |report| {
         if !options.json {
             report::row(&report, out)?;
         }
         reports.push(report);
-    }
+        Ok(())
+    })?;
     let summary = count(&reports);
     match options.json {
         true => report::json(&reports, &summary, out)?,
         false => report::ending(&summary, out)?,
     }
     Ok(summary)
+}
+
+/// Runs the cases on all cores; `see` gets the reports in the order of the files.
+fn each_in_order(
+    files: &[CaseFile],
+    effort: Effort,
+    mut see: impl FnMut(CaseReport) -> io::Result<()>,
+) -> io::Result<()> {
+    let next = AtomicUsize::new(0);
+    let (done, reports) = mpsc::channel();
+    thread::scope(|scope| {
+        for _ in 0..thread::available_parallelism().map_or(1, |cores| cores.get()) {
+            let (next, done) = (&next, done.clone());
+            scope.spawn(move || {
+                while let Some((k, file)) = {
+                    let k = next.fetch_add(1, Ordering::Relaxed);
+                    files.get(k).map(|file| (k, file))
+                } {
+                    // Nobody listens any more: the output has gone.
+                    if done.send((k, run(file, effort))).is_err() {
+                        return;
+                    }
+                }
+            });
+        }
+        drop(done);
+        let mut waiting = BTreeMap::new();
+        let mut due = 0;
+        for (k, report) in reports {
+            waiting.insert(k, report);
+            while let Some(report) = waiting.remove(&due) {
+                see(report)?;
+                due += 1;
+            }
+        }
+        Ok(())
+    })
 }
 
 fn run(file: &CaseFile, effort: Effort) -> CaseReport {

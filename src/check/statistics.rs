@@ -194,7 +194,8 @@ fn velocity_moments(setup: &Setup, effort: Effort) -> Result<[Estimate; 4], Stal
         run.pass(run.now() + 1.0)?;
     }
     let rate = (run.pairs + run.walls) as f64 / run.now();
-    let events = (0.1 * events(effort)).max(400.0 * count);
+    // Many discs are many samples: a block then needs only outlast the memory of a velocity.
+    let events = (0.1 * events(effort)).max(200.0 * count);
     let (start, step) = (run.now(), events / rate / (BLOCKS * SAMPLES) as f64);
     let mut blocks: [Vec<f64>; 4] = Default::default();
     for block in 0..BLOCKS {
