@@ -50,10 +50,12 @@ struct RunArguments {
     #[arg(value_name = "SCENE", default_value = shipped::DEFAULT)]
     scene: String,
     /// End after so many seconds of simulated time (of wall time without pucks).
-    #[arg(long = "for", value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
+    #[arg(long = "for", value_name = "SECONDS", value_parser = seconds)]
+    #[arg(allow_negative_numbers = true)]
     seconds: Option<f64>,
     /// Simulated seconds in a second of wall time; 0 = as fast as possible.
-    #[arg(long, value_name = "FACTOR", default_value = "1", value_parser = at_least_0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "FACTOR", default_value = "1", value_parser = at_least_0)]
+    #[arg(allow_negative_numbers = true)]
     rate: f64,
 }
 
