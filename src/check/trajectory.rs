@@ -1,5 +1,5 @@
-//! Kinds `edmd_*` judged by event lists, states and laws: chaotic scenes, reversal, mirror symmetry,
-//! conservation.
+//! Kinds `edmd_*` judged by event lists, states and laws: chaotic scenes, reversal, mirror
+//! symmetry, conservation.
 
 use super::Effort;
 use super::arena::{Run, Setup, Trouble, letter};
