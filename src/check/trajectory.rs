@@ -15,9 +15,9 @@ type Findings = Result<Vec<Finding>, Trouble>;
 const LOST: f64 = 0.1;
 
 /// A chaotic scene. At each checkpoint positions are within its own tolerance; once that exceeds a
-/// tenth of the smallest radius only the energy is judged, to `64 u (1 + n_events)` of itself (what restitution takes also depends
-/// on the directions: there `tolerance / radius` is added). The
-/// order of events and their counts are exact up to the last checkpoint that is not lost.
+/// tenth of the smallest radius only the energy is judged, to `64 u (1 + n_events)` of itself (what
+/// restitution takes depends on directions too: there `tolerance / radius` is added). The order of
+/// events and their counts are exact up to the last checkpoint that is not lost.
 pub fn trajectory(root: &Field, _: Effort) -> Findings {
     let (inputs, expected) = (root.get("inputs")?, root.get("expected")?);
     let (setup, tolerances) = (Setup::read(&inputs)?, root.get("tolerance")?.get("value")?);
