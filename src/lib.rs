@@ -21,6 +21,7 @@
 //! | [`plan`] | what a scene needs, and what is left out |
 //! | [`publish`] | results to messages |
 //! | [`scene`] | YAML scenes, random pucks from a seed |
+//! | [`check`] | the reference cases: by how much they pass |
 //! | [`exact`] | error-free arithmetic, under all of the above |
 //! | `node` | the ROS 2 node; the only room that names a ROS crate (feature `ros`) |
 //!
@@ -46,6 +47,8 @@ pub mod plan;
 pub mod publish;
 
 pub mod scene;
+
+pub mod check;
 
 pub mod exact;
 

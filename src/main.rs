@@ -1,8 +1,10 @@
 //! The command line: reads what is wanted, calls the room that does it, says what went wrong in
 //! one line. Exit code 0 = done, 1 = it failed, 2 = bad use.
 
+use std::path::PathBuf;
 use std::process::ExitCode;
 
+use carom::check::{self, CheckError, Options};
 use carom::scene::{Scene, shipped};
 use clap::error::ErrorKind;
 use clap::{Args, Parser, Subcommand};
@@ -21,6 +23,24 @@ struct Cli {
 enum Command {
     /// Run the node: answer circle states, advance the arena (the default command).
     Run(RunArguments),
+    /// Run the reference cases and say by how much they pass; exit code 1 if one fails.
+    Check(CheckArguments),
+}
+
+#[derive(Args)]
+struct CheckArguments {
+    /// The folder of the cases (*.json), or one case file [default: tests/cases].
+    #[arg(long, value_name = "DIR")]
+    cases: Option<PathBuf>,
+    /// Only the cases whose file name, without .json, fits this pattern (* and ? as usual).
+    #[arg(long, value_name = "GLOB")]
+    only: Option<String>,
+    /// One JSON document with every sub-case instead of the table.
+    #[arg(long)]
+    json: bool,
+    /// Shorter statistics and no long runs: under a minute.
+    #[arg(long)]
+    quick: bool,
 }
 
 #[derive(Args)]
@@ -44,10 +64,25 @@ fn main() -> ExitCode {
         Ok(cli) => cli,
         Err(error) => return refuse(&error),
     };
-    let Command::Run(arguments) = cli.command.unwrap_or(Command::Run(cli.run));
+    match cli.command.unwrap_or(Command::Run(cli.run)) {
+        Command::Run(arguments) => load_and_run(&arguments),
+        Command::Check(arguments) => check(arguments),
+    }
+}
+
+fn load_and_run(arguments: &RunArguments) -> ExitCode {
     match Scene::load(&arguments.scene) {
-        Ok(scene) => run(&scene, &arguments),
+        Ok(scene) => run(&scene, arguments),
         Err(error) => complain(&error, 2),
+    }
+}
+
+fn check(arguments: CheckArguments) -> ExitCode {
+    let CheckArguments { cases, only, json, quick } = arguments;
+    match check::check(&Options { cases, only, quick, json }, &mut std::io::stdout().lock()) {
+        Ok(summary) => ExitCode::from(u8::from(summary.failed > 0)),
+        Err(error @ CheckError::BadUse(_)) => complain(&error, 2),
+        Err(error) => complain(&error, 1),
     }
 }
 

@@ -11,7 +11,7 @@
 
 use glam::DVec2;
 
-use crate::exact::{DoubleDouble, UNIT_ROUNDOFF, sum_of_products};
+use crate::exact::{DoubleDouble, UNIT_ROUNDOFF, power_of_two_near, sum_of_products};
 use crate::world::{Side, Walls};
 
 /// Time until two discs touch, s from now; 0 = they touch already and approach; `None` = never.
@@ -29,6 +29,18 @@ pub fn pair_impact(d: DVec2, w: DVec2, s: f64) -> Option<f64> {
     }
     let root = discriminant(d, w, s)?.sqrt();
     Some(c / (root - b))
+}
+
+/// [`pair_impact`] for any finite input: lengths and speeds are divided by powers of two first,
+/// which costs no digit, so squares of the scaled numbers stay in range. The same bits where the
+/// plain one is valid.
+pub fn pair_impact_at_any_scale(d: DVec2, w: DVec2, s: f64) -> Option<f64> {
+    let length = power_of_two_near(d.abs().max_element().max(s));
+    let speed = power_of_two_near(w.abs().max_element());
+    let time = pair_impact(d / length, w / speed, s / length)?;
+    // No step may leave the range of doubles unless the result does.
+    let alike = (length > 1.0) == (speed > 1.0);
+    Some(if alike { time * (length / speed) } else { time * length / speed })
 }
 
 /// `d.d - s^2`, in double-double where the two are close.

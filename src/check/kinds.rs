@@ -1,0 +1,92 @@
+//! Which kind is run by what; which needs are not met yet; which kinds are not built yet.
+
+use super::arena::Trouble;
+use super::case::Field;
+use super::finding::Finding;
+use super::{Effort, collapse, detect, exact_solutions, impact, invalid, resolve};
+use super::{statistics, trajectory};
+
+/// Runs one case: all its sub-cases, or what is wrong.
+pub type Runner = fn(&Field, Effort) -> Result<Vec<Finding>, Trouble>;
+
+/// Kinds whose part of the engine is not built yet: shown as skipped, with the reason.
+const NOT_BUILT: [(&str, &str); 13] = [
+    ("resolve_symmetric", "generalised reflections for simultaneous contacts"),
+    ("edmd_bouncing_ball", "gravity"),
+    ("stats_equation_of_state", "periodic_box"),
+    ("stats_equation_of_state_crystal", "periodic_box"),
+    ("stats_pressure_periodic", "periodic_box"),
+    ("stats_pressure_periodic_long", "periodic_box, long_run"),
+    ("stats_collision_rate_enskog", "periodic_box"),
+    ("stats_cooling_haff", "periodic_box"),
+    ("stepped_head_on", "the method `steps`"),
+    ("stepped_tunnelling", "the method `steps`"),
+    ("stepped_overlap_energy", "overlap correction"),
+    // All `penalty_*`.
+    ("penalty_", "the method `springs` (penalty)"),
+    // A need, whatever the kind.
+    ("periodic_box", "periodic_box"),
+];
+
+/// Needs of a case that the engine meets.
+const MET: [&str; 1] = ["infinite_mass"];
+
+/// How to run a kind, or why it is skipped.
+pub fn find(kind: &str, needs: &[String], effort: Effort) -> Result<Runner, String> {
+    let not_built = |name: &str| {
+        let known = NOT_BUILT.iter().find(|(prefix, _)| {
+            name == *prefix || (prefix.ends_with('_') && name.starts_with(prefix))
+        });
+        known.map(|(_, what)| format!("not built yet: {what}"))
+    };
+    if let Some(reason) = not_built(kind) {
+        return Err(reason);
+    }
+    let runner = runner(kind).ok_or_else(|| format!("unknown kind {kind}"))?;
+    for need in needs.iter().map(String::as_str).filter(|need| !MET.contains(need)) {
+        match need {
+            "long_run" if effort == Effort::Full => {}
+            "long_run" => return Err("needs long_run: left out by --quick".to_owned()),
+            _ => return Err(not_built(need).unwrap_or_else(|| format!("not built yet: {need}"))),
+        }
+    }
+    Ok(runner)
+}
+
+fn runner(kind: &str) -> Option<Runner> {
+    Some(match kind {
+        "resolve_pair" => resolve::pair,
+        "resolve_pair_invariant" => resolve::pair_invariant,
+        "resolve_wall" => resolve::wall,
+        "resolve_corner" => resolve::corner,
+        "resolve_cradle" => resolve::cradle,
+        "toi_pair" => impact::pair,
+        "toi_many" => impact::many,
+        "predicate" => detect::predicate,
+        "detect_generated" => detect::generated,
+        "detect_hexagonal" => detect::hexagonal,
+        "invalid" => invalid::invalid,
+        "edmd_galperin" => exact_solutions::galperin,
+        "edmd_tonks" => exact_solutions::tonks,
+        "edmd_unfold" => exact_solutions::unfold,
+        "edmd_closed_orbit" => exact_solutions::closed_orbit,
+        "edmd_axis_orbit" => exact_solutions::axis_orbit,
+        "edmd_cradle" => exact_solutions::cradle,
+        "edmd_corner" => collapse::corner,
+        "edmd_piston" => collapse::piston,
+        "edmd_collapse" => collapse::collapse,
+        "table_collapse_threshold" => collapse::threshold,
+        "edmd_unstable_pair" => trajectory::unstable_pair,
+        "edmd_trajectory" => trajectory::trajectory,
+        "edmd_reverse" => trajectory::reverse,
+        "edmd_mirror" => trajectory::mirror,
+        "edmd_conservation" => trajectory::conservation,
+        "stats_two_discs_in_box" => statistics::two_discs,
+        "stats_discs_in_box" => statistics::discs_in_box,
+        "stats_microcanonical_moments" => statistics::moments,
+        "stats_caged_disc" => statistics::caged_disc,
+        "stats_velocity_relaxation" => statistics::relaxation,
+        "stats_sinai_lyapunov" => statistics::lyapunov,
+        _ => return None,
+    })
+}
