@@ -129,8 +129,8 @@ pub fn hexagonal(root: &Field, _: Effort) -> Findings {
     let mut tally = Tally::new("pairs");
     let pairs = detect(&discs, &mut tally);
     tally.exact("number", pairs.len() as u64, expected.get("contact_count")?.count(u64::MAX)?);
-    let contacts = resolve(&mut discs, &pairs, 1.0, 0.0);
-    tally.exact("contacts resolved", contacts.len(), 0);
+    let resolved = resolve(&mut discs, &pairs, 1.0, 0.0);
+    tally.exact("contacts resolved", resolved.contacts.len(), 0);
     let resting = |disc: &Disc| disc.velocity.to_array().map(f64::to_bits) == [0, 0];
     tally.exact("at rest", discs.iter().all(resting), true);
     Ok(vec![tally.finish()])

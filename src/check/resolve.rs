@@ -218,10 +218,42 @@ pub fn cradle(root: &Field, _: Effort) -> Findings {
     Ok(vec![tally.finish()])
 }
 
+/// Contacts at the same instant that share a disc: `v0`, `v1`, ... within the tolerance, `v` being
+/// the largest speed; momentum and energy kept to 8u.
+pub fn symmetric(root: &Field, _: Effort) -> Findings {
+    let inputs = root.get("inputs")?;
+    let before = Setup::read(&inputs)?;
+    let last = before.discs.len().saturating_sub(1) as u64;
+    let mut pairs = Vec::new();
+    for contact in inputs.get("contacts")?.items()? {
+        let [i, j] = [contact.item(0)?.count(last)?, contact.item(1)?.count(last)?];
+        pairs.push((i as usize, j as usize));
+    }
+    let speed = before.discs.iter().map(|disc| disc.velocity.length()).fold(0.0, f64::max);
+    let tolerance = root.get("tolerance")?.get("value")?.formula(&[("v", speed)])?;
+    let expected = root.get("expected")?.get("generalised_reflection")?;
+    let (after, _) = resolve_all(&before, &pairs);
+    let mut tally = Tally::new("all at once");
+    for (k, disc) in after.iter().enumerate() {
+        let wanted = expected.get(&format!("v{k}"))?;
+        for (axis, name) in ["vx", "vy"].into_iter().enumerate() {
+            let wanted = wanted.item(axis)?.decimal()?;
+            tally.near(&format!("{name} of {k}"), disc.velocity[axis], wanted, tolerance);
+        }
+    }
+    let energy = |discs: &[Disc]| discs.iter().map(Disc::kinetic_energy).sum::<f64>();
+    let momentum = |discs: &[Disc]| discs.iter().map(|d| d.mass * d.velocity).sum::<DVec2>();
+    let (start, size) = (energy(&before.discs), momentum(&before.discs).length());
+    tally.within("energy", (energy(&after) - start).abs(), 8.0 * UNIT_ROUNDOFF * start);
+    let change = (momentum(&after) - momentum(&before.discs)).length();
+    tally.within("momentum", change, 8.0 * UNIT_ROUNDOFF * size);
+    Ok(vec![tally.finish()])
+}
+
 fn resolve_all(before: &Setup, pairs: &[(usize, usize)]) -> (Vec<Disc>, Vec<Contact>) {
     let mut discs = before.discs.clone();
     // A pair that the file does not have is no pair.
     let pairs: Vec<_> = pairs.iter().copied().filter(|&(_, j)| j < discs.len()).collect();
-    let contacts = resolve(&mut discs, &pairs, before.settings.restitution, 0.0);
-    (discs, contacts)
+    let resolved = resolve(&mut discs, &pairs, before.settings.restitution, 0.0);
+    (discs, resolved.contacts)
 }

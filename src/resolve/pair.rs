@@ -17,7 +17,7 @@
 
 use glam::DVec2;
 
-use crate::exact::{DoubleDouble, UNIT_ROUNDOFF, power_of_two_near, two_sum};
+use crate::exact::{DoubleDouble, UNIT_ROUNDOFF, power_of_two_near, sum_of_products, two_sum};
 use crate::world::Disc;
 
 /// What a contact changes.
