@@ -1,6 +1,6 @@
 //! The plan: what a scene needs, decided once and only here. What it does not need is left out.
 
-use crate::motion::plain::Laws;
+use crate::motion::plain::{Laws, is_extreme};
 use crate::world::{Disc, Settings};
 
 /// Up to so many discs looking at all pairs is quicker than building a grid (measured: `cargo
@@ -27,6 +27,8 @@ pub struct Plan {
     pub epoch: f64,
     /// Contact time of the collapse model, s; 0 = left out.
     pub contact_time: f64,
+    /// Whether times of impact need units of their own.
+    pub extreme_units: bool,
 }
 
 impl Plan {
@@ -40,7 +42,11 @@ impl Plan {
         let wall = settings.walls.map_or(1.0, |walls| walls.restitution);
         let loses_energy = settings.restitution.min(wall) < 1.0;
         let contact_time = settings.contact_time.unwrap_or(CONTACT_TIME_SCALE * epoch);
-        Self { epoch, contact_time: if loses_energy { contact_time } else { 0.0 } }
+        Self {
+            epoch,
+            contact_time: if loses_energy { contact_time } else { 0.0 },
+            extreme_units: pucks.iter().any(is_extreme),
+        }
     }
 
     /// The laws of the arena, with the parts that it needs.
@@ -49,6 +55,7 @@ impl Plan {
             restitution: settings.restitution,
             walls: settings.walls,
             contact_time: self.contact_time,
+            extreme_units: self.extreme_units,
         }
     }
 

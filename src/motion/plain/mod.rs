@@ -7,24 +7,23 @@
 //! an event and O(N^2) at the start: right for small arenas, and for ever the judge of faster
 //! methods.
 //!
-//! Policies: a pair that overlaps and approaches collides now, one that separates does not; of
-//! events at the same time the smaller index goes first. Below restitution 1 a disc whose contacts
-//! follow each other within the contact time, hundreds in a row, collides elastically until it has
-//! peace, so that a collapse ends (after Luding, McNamara, doi:10.1007/s100350050017, who allow no
-//! such contact to lose energy: that would throw a disc out of a corner). An arena that still
-//! cannot leave an instant is stalled, and says so.
+//! Policies: a pair that overlaps and approaches collides now, one that separates does not. Of
+//! events at the same time the smaller index goes first; contacts at the same instant that share a
+//! disc are resolved together. Below restitution 1 a disc whose contacts follow each other within
+//! the contact time, a hundred in a row, collides elastically until it has peace, so that a
+//! collapse ends (after Luding, McNamara, doi:10.1007/s100350050017, who allow no such contact to
+//! lose energy: that would throw a disc out of a corner). An arena that still cannot leave an
+//! instant is stalled, and says so.
+
+mod contacts;
+mod predict;
 
 use glam::DVec2;
 
 use super::clock::Clock;
 use super::energy::EnergyAccount;
-use crate::detect::impact::{may_meet_within, pair_impact, wall_impact};
-use crate::detect::touching::gap;
-use crate::exact::{RunningSum, UNIT_ROUNDOFF};
-use crate::resolve::pair::{Impact, approach, collide};
-use crate::resolve::touching::pair_contact;
-use crate::resolve::wall::bounce;
-use crate::world::{Contact, Disc, DiscId, Owner, Partner, Side, Walls, limits};
+use crate::exact::RunningSum;
+use crate::world::{Contact, Disc, DiscId, Owner, Side, Walls, limits};
 
 /// What the discs of an arena obey.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,6 +34,9 @@ pub struct Laws {
     pub walls: Option<Walls>,
     /// Contact time of the collapse model, s; 0 = left out.
     pub contact_time: f64,
+    /// Whether lengths or speeds are so large or small that products of four leave the range of
+    /// doubles: times of impact are then computed in units of their own.
+    pub extreme_units: bool,
 }
 
 /// An arena that cannot leave an instant: endlessly many contacts at the same time.
@@ -92,6 +94,18 @@ impl Body {
     fn is_simulated(&self) -> bool {
         self.owner == Owner::Simulated
     }
+
+    /// Whether its energy counts, and changes only by known amounts.
+    fn is_closed(&self) -> bool {
+        self.is_simulated() && self.disc.mass.is_finite()
+    }
+}
+
+/// Whether products of four lengths or speeds of a disc may over- or underflow; 0 may not.
+pub fn is_extreme(disc: &Disc) -> bool {
+    let [x, v] = [disc.position, disc.velocity].map(|vector| vector.abs().max_element());
+    let beyond = |size: f64| size != 0.0 && !(1e-70..=1e70).contains(&size);
+    beyond(x) || beyond(v) || beyond(disc.radius)
 }
 
 /// The earliest event that a disc knows of.
@@ -203,6 +217,7 @@ impl Plain {
 
     /// Puts an observed disc where its owner says that it is, adding it if it is new.
     pub fn observe(&mut self, disc: Disc) {
+        self.laws.extreme_units |= is_extreme(&disc);
         if let Some(k) = self.find(disc.id, Owner::Observed) {
             self.move_to_now(k);
             self.replace(k, disc);
@@ -262,91 +277,6 @@ impl Plain {
         Ok(())
     }
 
-    fn process(&mut self, k: usize, event: Event, contacts: &mut Vec<Contact>) {
-        match event.with {
-            With::Body(partner) => self.collide_pair(k, partner, event.time, contacts),
-            With::Wall(side) => self.bounce_off(k, side, event.time, contacts),
-            With::Nothing => unreachable!("an event without a partner has no finite time"),
-        }
-    }
-
-    fn collide_pair(&mut self, k: usize, l: usize, time: f64, contacts: &mut Vec<Contact>) {
-        let (i, j) = if self.bodies[k].disc.id < self.bodies[l].disc.id { (k, l) } else { (l, k) };
-        let (a, b) = (self.move_to(i, time), self.move_to(j, time));
-        let restitution = self.restitution(self.laws.restitution, &[i, j], time);
-        if let Some(impact) = collide(&a, &b, restitution) {
-            self.book_pair(i, j, &impact);
-            self.bodies[i].disc.velocity = impact.velocity_a;
-            self.bodies[j].disc.velocity = impact.velocity_b;
-            self.note_contact(&[i, j], time);
-            contacts.push(pair_contact(&a, &b, &impact, self.now));
-        }
-        self.predict_again(&[i, j], time);
-    }
-
-    fn bounce_off(&mut self, k: usize, side: Side, time: f64, contacts: &mut Vec<Contact>) {
-        let disc = self.move_to(k, time);
-        let Some(walls) = self.laws.walls else { return };
-        let restitution = self.restitution(walls.restitution, &[k], time);
-        if let Some(bounce) = bounce(&disc, side, restitution) {
-            self.energy.book(-bounce.energy_loss);
-            self.bodies[k].disc.velocity = bounce.velocity;
-            self.note_contact(&[k], time);
-            contacts.push(Contact {
-                a: disc.id,
-                b: Partner::Wall(side),
-                point: disc.position + side.normal() * disc.radius,
-                normal: side.normal(),
-                gap: walls.gap(side, &disc),
-                approach_speed: bounce.approach_speed,
-                impulse: bounce.impulse,
-                energy_loss: bounce.energy_loss,
-                time: self.now,
-            });
-        }
-        self.predict_again(&[k], time);
-    }
-
-    /// The restitution of a contact: elastic for a disc caught in a collapse.
-    fn restitution(&self, usual: f64, bodies: &[usize], time: f64) -> f64 {
-        let collapsing = |&k: &usize| {
-            let body = &self.bodies[k];
-            let quick = time - body.last_contact < self.laws.contact_time;
-            quick && body.quick_contacts >= limits::QUICK_CONTACTS
-        };
-        if usual < 1.0 && bodies.iter().any(collapsing) { 1.0 } else { usual }
-    }
-
-    fn note_contact(&mut self, bodies: &[usize], time: f64) {
-        for &k in bodies {
-            let body = &mut self.bodies[k];
-            let quick = time - body.last_contact < self.laws.contact_time;
-            body.quick_contacts = if quick { body.quick_contacts.saturating_add(1) } else { 0 };
-            body.last_contact = time;
-        }
-        self.contacts += 1;
-    }
-
-    /// Books what a contact does to the energy of simulated discs, before velocities change.
-    fn book_pair(&mut self, i: usize, j: usize, impact: &Impact) {
-        let (a, b) = (&self.bodies[i], &self.bodies[j]);
-        let closed = |body: &Body| body.is_simulated() && body.disc.mass.is_finite();
-        if a.is_simulated() && b.is_simulated() {
-            let overlap = -gap(&a.disc, &b.disc) / a.disc.radius.min(b.disc.radius);
-            self.largest_overlap = self.largest_overlap.max(overlap);
-        }
-        if closed(a) && closed(b) {
-            self.energy.book(-impact.energy_loss);
-            return;
-        }
-        for (body, after, sign) in [(a, impact.velocity_a, -1.0), (b, impact.velocity_b, 1.0)] {
-            if closed(body) {
-                let mean_velocity = 0.5 * (body.disc.velocity + after);
-                self.energy.book(sign * impact.impulse * impact.normal.dot(mean_velocity));
-            }
-        }
-    }
-
     /// Brings a body to an offset; returns it.
     fn move_to(&mut self, k: usize, offset: f64) -> Disc {
         let body = &mut self.bodies[k];
@@ -380,71 +310,4 @@ impl Plain {
             event.time -= shift;
         }
     }
-
-    fn predict_all(&mut self) {
-        self.next = vec![NEVER; self.bodies.len()];
-        let offset = self.clock.offset(self.now);
-        (0..self.bodies.len()).for_each(|k| self.predict(k, offset));
-    }
-
-    /// Predicts the bodies that changed, and those whose next event was with one of them.
-    fn predict_again(&mut self, changed: &[usize], offset: f64) {
-        let stale = |event: &Event| matches!(event.with, With::Body(k) if changed.contains(&k));
-        let orphans: Vec<usize> = (0..self.next.len()).filter(|&k| stale(&self.next[k])).collect();
-        for &k in changed.iter().chain(&orphans) {
-            self.next[k] = NEVER;
-        }
-        changed.iter().for_each(|&k| self.predict(k, offset));
-        let orphans = orphans.into_iter().filter(|k| !changed.contains(k));
-        orphans.for_each(|k| self.predict(k, offset));
-    }
-
-    /// Finds the earliest event of a body; tells the partners for whom it comes before theirs.
-    fn predict(&mut self, k: usize, offset: f64) {
-        let body = self.bodies[k];
-        let disc = body.at(offset);
-        let mut first = self.next[k];
-        if let Some(walls) = self.laws.walls.filter(|_| body.is_simulated()) {
-            let hit = wall_impact(disc.position, disc.velocity, disc.radius, &walls);
-            if let Some(hit) = hit.filter(|hit| offset + hit.time < first.time) {
-                first = Event { time: offset + hit.time, with: With::Wall(hit.side) };
-            }
-        }
-        for (l, other) in self.bodies.iter().enumerate() {
-            let nobody_ours = !body.is_simulated() && !other.is_simulated();
-            if l == k || nobody_ours {
-                continue;
-            }
-            let latest = first.time.max(self.next[l].time);
-            let Some(time) = meeting(&disc, &other.at(offset), latest - offset) else { continue };
-            let time = offset + time;
-            if time < first.time {
-                first = Event { time, with: With::Body(l) };
-            }
-            if time < self.next[l].time {
-                self.next[l] = Event { time, with: With::Body(k) };
-            }
-        }
-        self.next[k] = first;
-    }
-}
-
-/// Time until two discs collide, s, if that is within the horizon.
-fn meeting(a: &Disc, b: &Disc, horizon: f64) -> Option<f64> {
-    let (d, w) = (b.position - a.position, b.velocity - a.velocity);
-    let reach = a.radius + b.radius;
-    if !may_meet_within(d, w, reach, horizon) {
-        return None;
-    }
-    let time = pair_impact(d, w, reach)?;
-    (time > 0.0 || approaches_beyond_rounding(a, b)).then_some(time)
-}
-
-/// Whether two discs in contact approach by more than the rounding of their velocities.
-///
-/// What is less would be answered by velocities that differ from it by as much: discs at rest on
-/// each other would collide for ever. Such a pair creeps by some 1e-16 of its speed instead.
-fn approaches_beyond_rounding(a: &Disc, b: &Disc) -> bool {
-    let rounding = 4.0 * UNIT_ROUNDOFF * (a.velocity.length() + b.velocity.length());
-    approach(a, b).is_some_and(|(_, speed)| speed > rounding)
 }

@@ -1,0 +1,81 @@
+//! What comes next for a body: the earliest of all meetings with others and with the walls.
+
+use super::{Event, NEVER, Plain, With};
+use crate::detect::impact::{may_meet_within, pair_impact, pair_impact_at_any_scale, wall_impact};
+use crate::exact::UNIT_ROUNDOFF;
+use crate::resolve::pair::approach;
+use crate::world::Disc;
+
+impl Plain {
+    pub(super) fn predict_all(&mut self) {
+        self.next = vec![NEVER; self.bodies.len()];
+        let offset = self.clock.offset(self.now);
+        (0..self.bodies.len()).for_each(|k| self.predict(k, offset));
+    }
+
+    /// Predicts the bodies that changed, and those whose next event was with one of them.
+    pub(super) fn predict_again(&mut self, changed: &[usize], offset: f64) {
+        let stale = |event: &Event| matches!(event.with, With::Body(k) if changed.contains(&k));
+        let orphans: Vec<usize> = (0..self.next.len()).filter(|&k| stale(&self.next[k])).collect();
+        for &k in changed.iter().chain(&orphans) {
+            self.next[k] = NEVER;
+        }
+        changed.iter().for_each(|&k| self.predict(k, offset));
+        let orphans = orphans.into_iter().filter(|k| !changed.contains(k));
+        orphans.for_each(|k| self.predict(k, offset));
+    }
+
+    /// Finds the earliest event of a body; tells the partners for whom it comes before theirs.
+    fn predict(&mut self, k: usize, offset: f64) {
+        let body = self.bodies[k];
+        let disc = body.at(offset);
+        let mut first = self.next[k];
+        if let Some(walls) = self.laws.walls.filter(|_| body.is_simulated()) {
+            let hit = wall_impact(disc.position, disc.velocity, disc.radius, &walls);
+            if let Some(hit) = hit.filter(|hit| offset + hit.time < first.time) {
+                first = Event { time: offset + hit.time, with: With::Wall(hit.side) };
+            }
+        }
+        for (l, other) in self.bodies.iter().enumerate() {
+            let nobody_ours = !body.is_simulated() && !other.is_simulated();
+            if l == k || nobody_ours {
+                continue;
+            }
+            let latest = first.time.max(self.next[l].time);
+            let (other, extreme) = (other.at(offset), self.laws.extreme_units);
+            let Some(time) = meeting(&disc, &other, latest - offset, extreme) else { continue };
+            let time = offset + time;
+            if time < first.time {
+                first = Event { time, with: With::Body(l) };
+            }
+            if time < self.next[l].time {
+                self.next[l] = Event { time, with: With::Body(k) };
+            }
+        }
+        self.next[k] = first;
+    }
+}
+
+/// Time until two discs collide, s, if that is within the horizon.
+pub(super) fn meeting(a: &Disc, b: &Disc, horizon: f64, extreme_units: bool) -> Option<f64> {
+    let (d, w) = (b.position - a.position, b.velocity - a.velocity);
+    let reach = a.radius + b.radius;
+    let time = if extreme_units {
+        pair_impact_at_any_scale(d, w, reach)?
+    } else if may_meet_within(d, w, reach, horizon) {
+        pair_impact(d, w, reach)?
+    } else {
+        return None;
+    };
+    // Touching already: the resolver has the last word on whether they approach.
+    (time > 0.0 || approaches_beyond_rounding(a, b)).then_some(time)
+}
+
+/// Whether two discs in contact approach by more than the rounding of their velocities.
+///
+/// What is less would be answered by velocities that differ from it by as much: discs at rest on
+/// each other would collide for ever. Such a pair creeps by some 1e-16 of its speed instead.
+fn approaches_beyond_rounding(a: &Disc, b: &Disc) -> bool {
+    let rounding = 4.0 * UNIT_ROUNDOFF * (a.velocity.length() + b.velocity.length());
+    approach(a, b).is_some_and(|(_, speed)| speed > rounding)
+}
