@@ -1,6 +1,7 @@
 //! The command line: reads what is wanted, calls the room that does it, says what went wrong in
 //! one line. Exit code 0 = done, 1 = it failed, 2 = bad use.
 
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -103,7 +104,8 @@ fn run(_scene: &Scene, _arguments: &RunArguments) -> ExitCode {
 
 /// One line on stderr.
 fn complain(error: &dyn std::fmt::Display, code: u8) -> ExitCode {
-    eprintln!("carom: {error}");
+    // Nobody may be reading.
+    let _ = writeln!(std::io::stderr(), "carom: {error}");
     ExitCode::from(code)
 }
 
@@ -115,8 +117,9 @@ fn refuse(error: &clap::Error) -> ExitCode {
         return ExitCode::SUCCESS;
     }
     let text = error.to_string();
-    let first = text.lines().next().unwrap_or_default();
-    complain(&format!("{}; see carom --help", first.trim_start_matches("error: ")), 2)
+    let what: Vec<&str> = text.lines().take_while(|line| !line.is_empty()).map(str::trim).collect();
+    let what = what.join(" ");
+    complain(&format!("{}; see carom --help", what.trim_start_matches("error: ")), 2)
 }
 
 fn seconds(text: &str) -> Result<f64, String> {

@@ -107,6 +107,26 @@ fn a_stalled_arena_ends_with_exit_code_1() {
     assert!(text.contains("carom: arena stalled at t = 2.99"), "{text}");
 }
 
+#[test]
+fn long_times_and_deaf_terminals_are_no_reason_to_panic() {
+    let mut child = carom(&["resolver", "--for", "1e300"])
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program was built");
+    // The reader of the log goes away at once.
+    drop(child.stderr.take());
+    std::thread::sleep(Duration::from_millis(300));
+    assert!(child.try_wait().expect("our child").is_none(), "it runs on");
+    let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(kill.expect("kill runs").success());
+    assert_eq!(child.wait().expect("our child").code(), Some(0));
+    let full = std::fs::OpenOptions::new().write(true).open("/dev/full").expect("Linux");
+    let status = carom(&["nosuch"]).stderr(full).status().expect("the program was built");
+    assert_eq!(status.code(), Some(2));
+    let text = refusal(&mut carom(&["--rate", "0", "run", "arena"]));
+    assert!(text.contains("cannot be used with: --rate <FACTOR>"), "{text}");
+}
+
 /// Ends a running node by a signal; the code it ends with and the time that it takes.
 fn end_by(signal: &str) -> (Option<i32>, Duration) {
     let mut child = carom(&[]).stderr(Stdio::piped()).spawn().expect("the program was built");

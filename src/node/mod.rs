@@ -12,11 +12,12 @@ mod outputs;
 mod pace;
 mod status;
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use futures::StreamExt;
 use futures::stream::{SelectAll, select_all};
-use tokio::signal::unix::{SignalKind, signal};
+use tokio::signal::unix::{Signal, SignalKind, signal};
+use tokio::time::MissedTickBehavior;
 
 use crate::messages::{CircleStates, Header, Twist};
 use crate::motion::plain::Stall;
@@ -32,6 +33,8 @@ use status::Status;
 /// Messages kept for the loop on each topic, 0.1 s at 1 kHz; older ones are dropped. DDS holds as
 /// many payloads in memory, read or not.
 const INPUT_DEPTH: usize = 100;
+/// A stalled arena tries to go on after this.
+const STALL_RETRY: Duration = Duration::from_millis(100);
 
 /// How to run.
 #[derive(Clone, Copy, Debug)]
@@ -78,13 +81,15 @@ impl NodeError {
 /// [`NodeError`] when it cannot start, or when the arena stalls before the time is over.
 pub fn run(scene: &Scene, options: RunOptions) -> Result<(), NodeError> {
     start_log();
-    let reach = Reach::from_environment(environment)?;
-    let (mut ros, listeners) = Ros::open("carom", domain_id()?, reach)?;
+    let (domain_id, reach) = (domain_id()?, Reach::from_environment(environment)?);
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    // Before anybody can see the node: from its first sign of life it ends cleanly.
+    let stop = runtime.block_on(async { Stop::new() })?;
+    let (mut ros, listeners) = Ros::open("carom", domain_id, reach)?;
     let outcome = runtime.block_on(async {
         let inputs = Inputs::open(&mut ros, scene)?;
         let outputs = Outputs::open(&mut ros, listeners, &scene.node.frame_id)?;
-        Runner::new(scene, outputs, options).run(inputs).await
+        Runner::new(scene, outputs, options).run(inputs, stop).await
     });
     ros.close();
     outcome
@@ -99,6 +104,8 @@ fn start_log() {
         .with_writer(std::io::stderr)
         .with_target(false)
         .with_env_filter(filter)
+        // A log that nobody reads any more is no reason to stop.
+        .log_internal_errors(false)
         .try_init();
 }
 
@@ -122,6 +129,26 @@ async fn wake_at(instant: Instant) {
         tokio::task::yield_now().await;
     } else {
         tokio::time::sleep_until(instant.into()).await;
+    }
+}
+
+/// SIGINT and SIGTERM.
+struct Stop {
+    interrupt: Signal,
+    terminate: Signal,
+}
+
+impl Stop {
+    fn new() -> std::io::Result<Self> {
+        let [interrupt, terminate] = [SignalKind::interrupt(), SignalKind::terminate()];
+        Ok(Self { interrupt: signal(interrupt)?, terminate: signal(terminate)? })
+    }
+
+    async fn asked(&mut self) {
+        tokio::select! {
+            _ = self.interrupt.recv() => {}
+            _ = self.terminate.recv() => {}
+        }
     }
 }
 
@@ -165,6 +192,7 @@ struct Runner<'a> {
     /// Arena states published so far.
     ticks: u64,
     stall: Option<Stall>,
+    retry_at: Instant,
     status: Status,
     complaints: Complaints,
 }
@@ -175,20 +203,30 @@ impl<'a> Runner<'a> {
         let start = Instant::now();
         let (status, complaints) = (Status::new(start), Complaints::new(start));
         let (pace, end) = (Pace::new(options.rate, start), options.seconds);
-        Self { scene, world, outputs, end, start, pace, ticks: 0, stall: None, status, complaints }
+        Self {
+            scene,
+            world,
+            outputs,
+            end,
+            start,
+            pace,
+            ticks: 0,
+            stall: None,
+            retry_at: start,
+            status,
+            complaints,
+        }
     }
 
-    async fn run(mut self, mut inputs: Inputs) -> Result<(), NodeError> {
-        let mut interrupt = signal(SignalKind::interrupt())?;
-        let mut terminate = signal(SignalKind::terminate())?;
+    async fn run(mut self, mut inputs: Inputs, mut stop: Stop) -> Result<(), NodeError> {
         let mut status = tokio::time::interval(self.status.period());
+        status.set_missed_tick_behavior(MissedTickBehavior::Delay);
         status.tick().await;
         tracing::info!("{}: {} pucks", self.scene.name, self.scene.pucks.len());
         while !self.is_over() {
             tokio::select! {
                 biased;
-                _ = interrupt.recv() => break,
-                _ = terminate.recv() => break,
+                () = stop.asked() => break,
                 _ = status.tick() => self.status.write(self.world.arena(), Instant::now()),
                 Some(input) = inputs.0.next() => self.handle(input),
                 () = wake_at(self.next_wake()) => {}
@@ -221,14 +259,19 @@ impl<'a> Runner<'a> {
     fn next_wake(&self) -> Instant {
         match self.world.arena() {
             Some(_) if self.stall.is_none() => self.pace.instant_of(self.next_tick()),
-            _ => self.start + std::time::Duration::from_secs_f64(self.end.unwrap_or(86_400.0)),
+            Some(_) => Instant::now() + STALL_RETRY,
+            None => {
+                let end = self.end.unwrap_or(f64::INFINITY);
+                let left = (end - self.start.elapsed().as_secs_f64()).clamp(0.0, 3_600.0);
+                Instant::now() + Duration::from_secs_f64(left)
+            }
         }
     }
 
     /// Advances the arena to its next tick when that is due, and publishes its state there.
     fn tick_if_due(&mut self) {
         let (now, tick) = (Instant::now(), self.next_tick());
-        if self.world.arena().is_none() || self.stall.is_some() || self.pace.due(now) < tick {
+        if self.world.arena().is_none() || self.pace.due(now) < tick || now < self.retry_at {
             return;
         }
         let outcome = self.step(&[], tick);
@@ -238,6 +281,7 @@ impl<'a> Runner<'a> {
         if reached >= tick {
             self.outputs.arena_states(arena, &mut self.complaints);
             self.ticks += 1;
+            self.stall = None;
         }
         self.pace.reached(reached, Instant::now());
     }
@@ -288,8 +332,6 @@ impl<'a> Runner<'a> {
     /// Brings the arena to the present and gives it the command there.
     fn command(&mut self, command: Command) -> Outcome {
         let present = self.pace.due(Instant::now()).min(self.next_tick());
-        // What was asked may have ended a stall.
-        self.stall = None;
         let before = self.step(&[], present);
         self.arena_outcome(&before);
         let outcome = self.step(&[command], present);
@@ -300,9 +342,13 @@ impl<'a> Runner<'a> {
     fn step(&mut self, commands: &[Command], advance_to: f64) -> Outcome {
         let instants = Instants { heard_at: self.start.elapsed().as_secs_f64(), advance_to };
         let outcome = self.world.step(commands, instants);
-        if let Some(stall) = &outcome.stall {
-            tracing::error!("{stall}");
-            self.stall = Some(*stall);
+        if let Some(stall) = outcome.stall {
+            if self.stall.is_none() {
+                self.complaints.refuse("arena_states", &stall);
+            }
+            // It ends when discs are moved, or leave: that is tried now and then.
+            self.stall = Some(stall);
+            self.retry_at = Instant::now() + STALL_RETRY;
         }
         outcome
     }

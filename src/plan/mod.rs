@@ -37,8 +37,8 @@ impl Plan {
         let radius = pucks.iter().map(|puck| puck.radius).fold(f64::INFINITY, f64::min);
         let speed = pucks.iter().map(|puck| puck.velocity.length()).fold(0.0, f64::max);
         let scale = radius / speed;
-        // Pucks at rest, which commands will set in motion: at something like 1 m/s.
-        let epoch = if scale.is_finite() && scale > 0.0 { scale } else { radius.min(1.0) };
+        // Slow pucks, which commands will set in motion: at something like 1 m/s.
+        let epoch = if scale > 0.0 { scale.min(radius.min(1.0)) } else { radius.min(1.0) };
         let wall = settings.walls.map_or(1.0, |walls| walls.restitution);
         let loses_energy = settings.restitution.min(wall) < 1.0;
         let contact_time = settings.contact_time.unwrap_or(CONTACT_TIME_SCALE * epoch);

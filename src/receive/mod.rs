@@ -96,6 +96,9 @@ pub fn velocity(twist: &Twist) -> Result<DVec2, Defect> {
         if !value.is_finite() {
             return Err(Defect { field, value, wanted: "a finite number" });
         }
+        if value.abs() > limits::SIZE_MAX {
+            return Err(Defect { field, value, wanted: "1e60 at most" });
+        }
     }
     Ok(DVec2::new(twist.linear.x, twist.linear.y))
 }

@@ -12,6 +12,7 @@ use super::batch::{Batch, Placed, Range};
 use super::{NodeSettings, Puck, Scene, SceneError};
 use crate::detect;
 use crate::detect::touching::overlap;
+use crate::messages::Contact;
 use crate::plan::BroadPhase;
 use crate::world::{Disc, Settings, Walls, limits};
 
@@ -96,9 +97,21 @@ pub fn parse(text: &str, file: &str) -> Result<Scene, SceneError> {
         let place = error.location().map(|place| (place.line(), place.column()));
         // The library shows the lines around it and repeats the place: one line is our rule.
         let message = error.without_snippet().to_string().replace('\n', " ");
+        // The place stands in front already.
+        let message = match message.rsplit_once(" at line ") {
+            Some((what, _)) => what.to_owned(),
+            None => message,
+        };
         SceneError { file: file.to_owned(), place, message }
     })?;
-    Reader { file, names: HashSet::new(), ids: HashSet::new(), pucks: Vec::new() }.read(&scene)
+    Reader {
+        file,
+        names: HashSet::new(),
+        ids: HashSet::new(),
+        next_id: limits::FIRST_PUCK_ID,
+        pucks: Vec::new(),
+    }
+    .read(&scene)
 }
 
 /// Checks a scene and builds it.
@@ -106,6 +119,8 @@ struct Reader<'a> {
     file: &'a str,
     names: HashSet<String>,
     ids: HashSet<u32>,
+    /// Where to look for a free id.
+    next_id: u32,
     pucks: Vec<Puck>,
 }
 
@@ -141,9 +156,10 @@ impl Reader<'_> {
     }
 
     fn node(&self, node: &NodeFile) -> Checked<NodeSettings> {
-        let rate_default = limits::PUBLISH_RATE_HZ;
+        let (default, (least, most)) = (limits::PUBLISH_RATE_HZ, limits::PUBLISH_RATES_HZ);
+        let (right, wanted) = (|rate| (least..=most).contains(&rate), format!("{least} to {most}"));
         let publish_rate_hz =
-            self.above_0("publish_rate_hz", &node.publish_rate_hz, rate_default)?;
+            self.number("publish_rate_hz", &node.publish_rate_hz, default, right, &wanted)?;
         let circle_topics = match &node.circle_topics {
             Some(topics) => topics.value.clone(),
             None => vec!["circle_states".to_owned()],
@@ -153,18 +169,33 @@ impl Reader<'_> {
             let message = format!("circle_topics: `{topic}` is not a topic name");
             return Err(self.error(place, message));
         }
+        let mut seen = HashSet::new();
+        for topic in &circle_topics {
+            if !seen.insert(topic.trim_start_matches('/')) {
+                let place = node.circle_topics.as_ref().map(|topics| topics.referenced);
+                let message = format!("circle_topics: `{topic}` stands there twice");
+                return Err(self.error(place, message));
+            }
+        }
         let frame_id = node.frame_id.clone().unwrap_or_else(|| "map".to_owned());
         Ok(NodeSettings { publish_rate_hz, frame_id, circle_topics })
     }
 
     fn read_pucks(&mut self, pucks: &[Spanned<PuckFile>], walls: Option<Walls>) -> Checked<()> {
         let mut used = HashSet::new();
+        if let Some(puck) = pucks.get(limits::PUCKS_PER_SCENE) {
+            let message = format!("at most {} pucks", limits::PUCKS_PER_SCENE);
+            return Err(self.error(Some(puck.referenced), message));
+        }
         for puck in pucks {
             let (place, puck) = (Some(puck.referenced), &puck.value);
             let name = self.name(&puck.name)?;
             let id = self.id(puck.id);
             if !used.insert(id) {
                 return Err(self.error(place, format!("puck `{name}`: id {id} is taken")));
+            }
+            if id == Contact::WALL {
+                return Err(self.error(place, format!("puck `{name}`: id {id} stands for a wall")));
             }
             let disc = Disc {
                 id,
@@ -206,6 +237,10 @@ impl Reader<'_> {
         for batch in batches {
             let (place, file) = (Some(batch.referenced), &batch.value);
             let base = self.name(&file.name)?;
+            if !is_token(&format!("{base}_0")) {
+                let message = format!("batch `{base}`: a name before _0 must not end with _");
+                return Err(self.error(Some(file.name.referenced), message));
+            }
             let batch = self.batch(file, walls, place)?;
             let colour = self.colour(&file.colour)?;
             let ids: Vec<u32> = (0..batch.count).map(|_| self.id(None)).collect();
@@ -251,7 +286,7 @@ impl Reader<'_> {
             return Err(self.error(place, message));
         }
         let count = file.count.value;
-        if count > limits::PUCKS_PER_SCENE - self.pucks.len() {
+        if count > limits::PUCKS_PER_SCENE.saturating_sub(self.pucks.len()) {
             let message = format!("count: at most {} pucks", limits::PUCKS_PER_SCENE);
             return Err(self.error(Some(file.count.referenced), message));
         }
@@ -301,11 +336,10 @@ impl Reader<'_> {
         if let Some(id) = wished {
             return id;
         }
-        let mut id = limits::FIRST_PUCK_ID + self.pucks.len() as u32;
-        while !self.ids.insert(id) {
-            id += 1;
+        while !self.ids.insert(self.next_id) {
+            self.next_id += 1;
         }
-        id
+        self.next_id
     }
 
     fn colour(&self, colour: &Option<Spanned<String>>) -> Checked<[u8; 4]> {

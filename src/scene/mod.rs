@@ -10,7 +10,8 @@ pub mod batch;
 pub mod shipped;
 
 use std::fmt;
-use std::path::Path;
+use std::fs::File;
+use std::io::Read;
 
 use crate::world::{Disc, Settings, World, limits};
 
@@ -38,15 +39,17 @@ impl Scene {
         }
         let error =
             |message: String| SceneError { file: name_or_path.to_owned(), place: None, message };
-        let path = Path::new(name_or_path);
-        let size = path.metadata().map_err(|cause| {
+        let file = File::open(name_or_path).map_err(|cause| {
             let names: Vec<&str> = shipped::names().collect();
             error(format!("{cause}; a path to a scene, or one of {}", names.join(", ")))
         })?;
-        if size.len() > limits::SCENE_FILE_BYTES {
+        // Devices tell no size: what counts is what comes.
+        let mut text = String::new();
+        let read = file.take(limits::SCENE_FILE_BYTES + 1).read_to_string(&mut text);
+        let size = read.map_err(|cause| error(cause.to_string()))?;
+        if size as u64 > limits::SCENE_FILE_BYTES {
             return Err(error(format!("larger than {} bytes", limits::SCENE_FILE_BYTES)));
         }
-        let text = std::fs::read_to_string(path).map_err(|cause| error(cause.to_string()))?;
         file::parse(&text, name_or_path)
     }
 

@@ -4,6 +4,8 @@
 
 use glam::DVec2;
 
+use super::limits;
+
 /// Number of a disc on every topic; unique in a world. `Contact.WALL` is not one.
 pub type DiscId = u32;
 
@@ -48,7 +50,14 @@ impl Disc {
             let wanted = "above 0 kg (inf = fixed)";
             return Some(Defect { field: "mass", value: self.mass, wanted });
         }
-        None
+        let mass = if self.mass.is_finite() { self.mass } else { 1.0 };
+        let too_large = |(_, value): &(_, f64)| value.abs() > limits::SIZE_MAX;
+        if let Some((field, value)) = finite.into_iter().chain([("mass", mass)]).find(too_large) {
+            return Some(Defect { field, value, wanted: "1e60 at most" });
+        }
+        let positive = [("radius", self.radius), ("mass", mass)];
+        let too_small = positive.into_iter().find(|(_, value)| *value < limits::SIZE_MIN);
+        too_small.map(|(field, value)| Defect { field, value, wanted: "1e-60 at least" })
     }
 }
 

@@ -8,11 +8,21 @@ pub const CIRCLES_PER_MESSAGE: usize = 200_000;
 /// Most observed circles held at once, over all publishers.
 pub const OBSERVED_CIRCLES: usize = 200_000;
 
-/// Most pucks in a scene.
-pub const PUCKS_PER_SCENE: usize = 1_000_000;
+/// Most pucks in a scene: an arena looks at all of them at each collision.
+pub const PUCKS_PER_SCENE: usize = 20_000;
+
+/// Largest coordinate, speed, radius and finite mass accepted, in SI units; squares and products
+/// of a few of them stay in the range of doubles.
+pub const SIZE_MAX: f64 = 1e60;
+
+/// Smallest radius and mass accepted, in SI units.
+pub const SIZE_MIN: f64 = 1e-60;
+
+/// Smallest and largest rate of arena states, 1/s.
+pub const PUBLISH_RATES_HZ: (f64, f64) = (1e-3, 1e5);
 
 /// Largest scene file read, bytes.
-pub const SCENE_FILE_BYTES: u64 = 64 << 20;
+pub const SCENE_FILE_BYTES: u64 = 16 << 20;
 
 /// Most events in one advance of an arena: the loop gets its turn again after so many.
 pub const EVENTS_PER_ADVANCE: usize = 2_000;

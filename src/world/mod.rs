@@ -115,8 +115,9 @@ impl World {
     }
 
     fn forget_stale(&mut self, now: f64) {
-        for id in self.observed.drop_stale(now, self.settings.stale_after) {
-            self.arena.iter_mut().for_each(|arena| arena.forget(id));
+        let stale = self.observed.drop_stale(now, self.settings.stale_after);
+        if let Some(arena) = self.arena.as_mut().filter(|_| !stale.is_empty()) {
+            arena.forget(&stale);
         }
     }
 

@@ -3,7 +3,7 @@
 //! Nothing here moves or corrects a circle: an answer is a function of the reports alone, so the
 //! same report twice gets the same answer.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::command::Refusal;
 use super::disc::{Disc, DiscId};
@@ -67,14 +67,14 @@ impl Observed {
     }
 
     /// Drops the circles not heard of for `stale_after` seconds; returns their ids.
-    pub fn drop_stale(&mut self, now: f64, stale_after: f64) -> Vec<DiscId> {
-        let mut dropped = Vec::new();
+    pub fn drop_stale(&mut self, now: f64, stale_after: f64) -> HashSet<DiscId> {
+        let mut dropped = HashSet::new();
         if now < self.next_look {
             return dropped;
         }
         for k in (0..self.discs.len()).rev() {
             if now - self.heard_at[k] > stale_after {
-                dropped.push(self.remove(k));
+                dropped.insert(self.remove(k));
             }
         }
         // Circles heard of from now on go stale later than the oldest of today.

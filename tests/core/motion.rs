@@ -359,6 +359,44 @@ fn units_do_not_matter() {
 }
 
 #[test]
+fn fixed_discs_pass_through_each_other() {
+    let discs = [
+        disc(1, [0.0, 0.0], [1.0, 0.0], 0.5, f64::INFINITY),
+        disc(2, [3.0, 0.0], [0.0, 0.0], 0.5, f64::INFINITY),
+    ];
+    let mut arena = arena(&Settings::default(), &discs);
+    assert!(run(&mut arena, 10.0).is_empty());
+    assert_eq!(states(&arena)[0].position.x, 10.0);
+}
+
+#[test]
+fn slow_starts_do_not_switch_restitution_off() {
+    for speed in [0.0, 1e-12, 1e-3] {
+        let discs = [
+            disc(1, [-1.0, 0.0], [speed, 0.0], 0.5, 1.0),
+            disc(2, [1.0, 0.0], [-speed, 0.0], 0.5, 1.0),
+        ];
+        let settings = Settings { restitution: 0.5, ..Settings::default() };
+        let mut arena = arena(&settings, &discs);
+        for cycle in 0..200 {
+            arena.set_velocity(1, DVec2::X);
+            arena.set_velocity(2, DVec2::NEG_X);
+            let met = run(&mut arena, 4.0 * f64::from(cycle) + 2.0);
+            let loss: f64 = met.iter().map(|contact| contact.energy_loss).sum();
+            assert!((loss - 0.75).abs() < 1e-12, "{speed} {cycle}: {loss}");
+            arena.set_velocity(1, DVec2::NEG_X);
+            arena.set_velocity(2, DVec2::X);
+            run(&mut arena, 4.0 * f64::from(cycle) + 3.0);
+            // Back to where they were, to the last digit or so.
+            let gap = states(&arena)[1].position.x - states(&arena)[0].position.x;
+            arena.set_velocity(1, DVec2::new(0.5 * gap - 1.0, 0.0));
+            arena.set_velocity(2, DVec2::new(1.0 - 0.5 * gap, 0.0));
+            run(&mut arena, 4.0 * f64::from(cycle) + 4.0);
+        }
+    }
+}
+
+#[test]
 fn late_times_keep_their_digits() {
     // 10^6 bounces of exactly representable length end exactly where they began.
     let discs = [disc(1, [0.5, 0.375], [1.0, 1.0], 0.25, 1.0)];

@@ -39,7 +39,10 @@ fn errors_name_file_line_and_key() {
     let cases = [
         ("restitution: 1.5", "scene.yaml:1:14: restitution = 1.5, must be from 0 to 1"),
         ("restitution: -.inf", "scene.yaml:1:14: restitution = -inf, must be from 0 to 1"),
-        ("node:\n  publish_rate_hz: 0", "scene.yaml:2:20: publish_rate_hz = 0, must be above 0"),
+        (
+            "node:\n  publish_rate_hz: 0",
+            "scene.yaml:2:20: publish_rate_hz = 0, must be 0.001 to 100000",
+        ),
         ("node: {stale_after_s: .nan}", "scene.yaml:1:23: stale_after_s = NaN, must be above 0"),
         (
             "walls: {x: [2, 1], y: [0, 1]}",
@@ -77,6 +80,13 @@ fn errors_name_file_line_and_key() {
     for (text, expected) in cases {
         assert_eq!(error(text), expected, "{text}");
     }
+    assert!(error("node: {publish_rate_hz: 1.0e+9}").contains("must be 0.001 to 100000"));
+    assert!(error("node: {circle_topics: [a, /a]}").contains("`/a` stands there twice"));
+    let with_id = |id: u32| format!("pucks: [{{name: a, position: [0, 0], radius: 1, id: {id}}}]");
+    assert!(error(&with_id(u32::MAX)).contains("stands for a wall"));
+    let late = "batches: [{name: g_, count: 2, radius: 1, region: {x: [0, 9], y: [0, 9]}}]";
+    assert!(error(late).contains("must not end with _"));
+    assert!(!error("restitution: []").contains("at line"), "the place is named once");
     let two = |second: &str| error(&format!("pucks:\n  - {puck}\n  - {second}"));
     assert_eq!(two(puck), "scene.yaml:3:12: the name `a` is taken");
     assert_eq!(
@@ -105,6 +115,26 @@ fn errors_of_yaml_are_one_line_with_a_place() {
     assert!(error("restitushun: 1").contains("restitushun"));
     let missing = Scene::load("no/such/scene.yaml").expect_err("missing").to_string();
     assert!(missing.contains("no/such/scene.yaml") && missing.contains("arena"), "{missing}");
+}
+
+#[test]
+fn large_batches_load_quickly_and_larger_ones_are_refused() {
+    let batch = |count: usize| {
+        format!(
+            "batches: [{{name: g, count: {count}, radius: 0.01, \
+             region: {{x: [0, 99], y: [0, 99]}}}}]"
+        )
+    };
+    let start = std::time::Instant::now();
+    assert_eq!(file::parse(&batch(20_000), "scene.yaml").expect("sound").pucks.len(), 20_000);
+    assert!(start.elapsed().as_secs_f64() < 2.0, "{:?}", start.elapsed());
+    assert!(error(&batch(20_001)).contains("at most 20000 pucks"));
+}
+
+#[test]
+fn endless_files_are_refused() {
+    let error = Scene::load("/dev/zero").expect_err("endless").to_string();
+    assert!(error.contains("larger than"), "{error}");
 }
 
 #[test]

@@ -100,6 +100,45 @@ fn stale_circles_leave_the_arena_too() {
 }
 
 #[test]
+fn many_circles_going_stale_at_once_hold_nobody_up() {
+    let pucks: Vec<Disc> =
+        (0..50).map(|k| disc(k, [3.0 * f64::from(k), 0.0], [0.1, 0.0], 0.5, 1.0)).collect();
+    let mut world = World::new(Settings::default(), &pucks);
+    let crowd: Vec<Disc> = (0..2_000)
+        .map(|k| disc(1_000 + k, [3.0 * f64::from(k), 50.0], [0.0; 2], 0.5, 1.0))
+        .collect();
+    let start = std::time::Instant::now();
+    step(&mut world, &[observe(&crowd)], 0.0);
+    step(&mut world, &[], 1.0);
+    assert_eq!(world.observed_count(), 0);
+    assert!(start.elapsed().as_secs_f64() < 2.0, "{:?}", start.elapsed());
+}
+
+#[test]
+fn extreme_but_finite_input_gives_finite_answers() {
+    let mut random = crate::common::Random::new(41);
+    let sizes: [f64; 9] = [0.0, 1.0, -1.0, 1e-60, 1e60, -1e60, 5e-324, 1e30, -1e-30];
+    for round in 0..2_000 {
+        let mut pick = || sizes[random.below(sizes.len())];
+        let discs: Vec<Disc> = (0..5)
+            .map(|id| {
+                let (radius, mass) = (pick().abs().max(1e-60), pick().abs().max(1e-60));
+                disc(id, [pick(), pick()], [pick(), pick()], radius, mass)
+            })
+            .collect();
+        assert!(discs.iter().all(|disc| disc.defect().is_none()));
+        let mut world = World::new(Settings::default(), &[]);
+        for answer in step(&mut world, &[observe(&discs)], 0.0).answers {
+            assert!(answer.velocities.iter().all(|(_, v)| v.is_finite()), "{round}: {discs:?}");
+            for c in answer.contacts {
+                let numbers = [c.gap, c.approach_speed, c.impulse, c.energy_loss, c.point.x];
+                assert!(numbers.iter().all(|x| x.is_finite()), "{round}: {c:?} {discs:?}");
+            }
+        }
+    }
+}
+
+#[test]
 fn the_id_of_a_puck_is_refused() {
     let puck = disc(1, [50.0, 0.0], [0.0; 2], 0.5, 1.0);
     let mut world = World::new(Settings::default(), &[puck]);

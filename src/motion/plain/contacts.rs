@@ -81,8 +81,7 @@ impl Plain {
             seen += 1;
             let disc = self.bodies[body].at(time);
             for (other, candidate) in self.bodies.iter().enumerate() {
-                let ours = self.bodies[body].is_simulated() || candidate.is_simulated();
-                if other == body || !ours {
+                if other == body || !self.bodies[body].can_collide_with(candidate) {
                     continue;
                 }
                 let (candidate, extreme) = (candidate.at(time), self.laws.extreme_units);

@@ -18,6 +18,8 @@
 mod contacts;
 mod predict;
 
+use std::collections::HashSet;
+
 use glam::DVec2;
 
 use super::clock::Clock;
@@ -93,6 +95,12 @@ impl Body {
 
     fn is_simulated(&self) -> bool {
         self.owner == Owner::Simulated
+    }
+
+    /// Whether a contact of the two is ours to resolve and would change one of them.
+    fn can_collide_with(&self, other: &Body) -> bool {
+        let ours = self.is_simulated() || other.is_simulated();
+        ours && (self.disc.mass.is_finite() || other.disc.mass.is_finite())
     }
 
     /// Whether its energy counts, and changes only by known amounts.
@@ -228,10 +236,12 @@ impl Plain {
         }
     }
 
-    /// Takes an observed disc out, if it is there.
-    pub fn forget(&mut self, id: DiscId) {
-        if let Some(k) = self.find(id, Owner::Observed) {
-            self.bodies.remove(k);
+    /// Takes observed discs out.
+    pub fn forget(&mut self, ids: &HashSet<DiscId>) {
+        let before = self.bodies.len();
+        let gone = |body: &Body| !body.is_simulated() && ids.contains(&body.disc.id);
+        self.bodies.retain(|body| !gone(body));
+        if self.bodies.len() < before {
             self.predict_all();
         }
     }

@@ -37,8 +37,7 @@ impl Plain {
             }
         }
         for (l, other) in self.bodies.iter().enumerate() {
-            let nobody_ours = !body.is_simulated() && !other.is_simulated();
-            if l == k || nobody_ours {
+            if l == k || !body.can_collide_with(other) {
                 continue;
             }
             let latest = first.time.max(self.next[l].time);
