@@ -8,6 +8,7 @@
 pub const UNIT_ROUNDOFF: f64 = f64::EPSILON / 2.0;
 
 /// `a + b` as a rounded sum and its exact error (Knuth).
+#[inline(always)]
 pub fn two_sum(a: f64, b: f64) -> (f64, f64) {
     let sum = a + b;
     let b_part = sum - a;
@@ -15,6 +16,7 @@ pub fn two_sum(a: f64, b: f64) -> (f64, f64) {
 }
 
 /// `a * b` as a rounded product and its exact error, barring underflow.
+#[inline(always)]
 pub fn two_product(a: f64, b: f64) -> (f64, f64) {
     let product = a * b;
     (product, a.mul_add(b, -product))
@@ -22,6 +24,7 @@ pub fn two_product(a: f64, b: f64) -> (f64, f64) {
 
 /// `a * b + c * d` within 1.5 ulp (Kahan; Jeannerod, Louvet, Muller,
 /// doi:10.1090/S0025-5718-2013-02679-8): its sign is right even where the products cancel.
+#[inline(always)]
 pub fn sum_of_products(a: f64, b: f64, c: f64, d: f64) -> f64 {
     let (product, error) = two_product(c, d);
     a.mul_add(b, product) + error
@@ -38,18 +41,21 @@ pub struct DoubleDouble {
 
 impl DoubleDouble {
     /// `a + b`, exactly.
+    #[inline(always)]
     pub fn sum(a: f64, b: f64) -> Self {
         let (hi, lo) = two_sum(a, b);
         Self { hi, lo }
     }
 
     /// `a * b`, exactly, barring underflow.
+    #[inline(always)]
     pub fn product(a: f64, b: f64) -> Self {
         let (hi, lo) = two_product(a, b);
         Self { hi, lo }
     }
 
     /// `self + other`, relative error a few 2^-106 unless the two cancel.
+    #[inline(always)]
     pub fn plus(self, other: Self) -> Self {
         let (hi, error) = two_sum(self.hi, other.hi);
         let (lo, rest) = two_sum(self.lo, other.lo);
@@ -58,17 +64,20 @@ impl DoubleDouble {
     }
 
     /// `self * other`, relative error a few 2^-106.
+    #[inline(always)]
     pub fn times(self, other: Self) -> Self {
         let (hi, error) = two_product(self.hi, other.hi);
         DoubleDouble::sum(hi, error + self.hi.mul_add(other.lo, self.lo * other.hi))
     }
 
     /// `-self`, exactly.
+    #[inline(always)]
     pub fn negated(self) -> Self {
         Self { hi: -self.hi, lo: -self.lo }
     }
 
     /// The nearest double.
+    #[inline(always)]
     pub fn value(self) -> f64 {
         self.hi + self.lo
     }

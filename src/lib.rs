@@ -28,7 +28,7 @@
 //! All but the node knows no ROS, no wall clock and no topic. Units are SI, vectors are in one
 //! fixed frame.
 #![warn(missing_docs)]
-#![forbid(unsafe_code)]
+#![deny(unsafe_code)]
 
 pub mod messages;
 

@@ -11,6 +11,7 @@
 
 use glam::DVec2;
 
+use super::fused;
 use crate::exact::{DoubleDouble, UNIT_ROUNDOFF, power_of_two_near, sum_of_products};
 use crate::world::{Side, Walls};
 
@@ -19,6 +20,12 @@ use crate::world::{Side, Walls};
 /// `d`: position of the second seen from the first, m; `w`: its relative velocity, m/s; `s`: sum
 /// of the radii, m. Valid while products of four of them neither over- nor underflow.
 pub fn pair_impact(d: DVec2, w: DVec2, s: f64) -> Option<f64> {
+    fused::pair_impact(d, w, s)
+}
+
+/// The same, to be compiled for each kind of processor.
+#[inline(always)]
+pub(super) fn pair_impact_here(d: DVec2, w: DVec2, s: f64) -> Option<f64> {
     let b = sum_of_products(d.x, w.x, d.y, w.y);
     if b >= 0.0 {
         return None;
@@ -44,6 +51,7 @@ pub fn pair_impact_at_any_scale(d: DVec2, w: DVec2, s: f64) -> Option<f64> {
 }
 
 /// `d.d - s^2`, in double-double where the two are close.
+#[inline(always)]
 fn clearance(d: DVec2, s: f64) -> f64 {
     let (d2, s2) = (d.length_squared(), s * s);
     if d2 > 2.0 * s2 {
@@ -54,6 +62,7 @@ fn clearance(d: DVec2, s: f64) -> f64 {
 }
 
 /// `s^2 w^2 - (d x w)^2`, or `None` if it is negative: the paths pass each other.
+#[inline(always)]
 fn discriminant(d: DVec2, w: DVec2, s: f64) -> Option<f64> {
     let cross = sum_of_products(d.x, w.y, -d.y, w.x).abs();
     let swept = s * w.length();

@@ -12,6 +12,8 @@ pub mod grid;
 
 pub mod impact;
 
+pub mod fused;
+
 use crate::plan::BroadPhase;
 use crate::world::{Disc, limits};
 

@@ -2,7 +2,7 @@
 
 use carom::detect::impact::{may_meet_within, pair_impact, wall_impact};
 use carom::detect::touching::{gap, overlap, touch};
-use carom::detect::{TooManyPairs, all_pairs, grid};
+use carom::detect::{TooManyPairs, all_pairs, fused, grid};
 use carom::world::{Disc, Side, Walls};
 use dashu_float::FBig;
 use dashu_ratio::RBig;
@@ -184,6 +184,16 @@ fn time_of_impact_is_right_to_a_few_ulp_in_every_category() {
         }
         println!("category {category}: {hits} hits, largest error {worst:.2} u");
         assert!(worst <= 6.0 && hits > PAIRS / 8, "category {category}: {worst} u, {hits} hits");
+    }
+}
+
+#[test]
+fn both_kinds_of_processor_give_the_same_bits() {
+    let mut random = Random::new(6);
+    for k in 0..60_000 {
+        let (d, w, s) = impact_case(k % 6, &mut random);
+        let [plain, fused] = [fused::without_fused_operations(d, w, s), pair_impact(d, w, s)];
+        assert_eq!(plain.map(f64::to_bits), fused.map(f64::to_bits));
     }
 }
 
