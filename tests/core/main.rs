@@ -4,6 +4,7 @@ mod common;
 mod detect;
 mod exact;
 mod house;
+mod invariance;
 mod messages;
 mod motion;
 mod receive;
