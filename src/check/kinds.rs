@@ -4,13 +4,13 @@ use super::arena::Trouble;
 use super::case::Field;
 use super::finding::Finding;
 use super::{Effort, collapse, detect, exact_solutions, impact, invalid, resolve};
-use super::{statistics, trajectory};
+use super::{statistics, stepped, trajectory};
 
 /// Runs one case: all its sub-cases, or what is wrong.
 pub type Runner = fn(&Field, Effort) -> Result<Vec<Finding>, Trouble>;
 
 /// Kinds whose part of the engine is not built yet: shown as skipped, with the reason.
-const NOT_BUILT: [(&str, &str); 13] = [
+const NOT_BUILT: [(&str, &str); 10] = [
     ("resolve_symmetric", "generalised reflections for simultaneous contacts"),
     ("edmd_bouncing_ball", "gravity"),
     ("stats_equation_of_state", "periodic_box"),
@@ -19,9 +19,6 @@ const NOT_BUILT: [(&str, &str); 13] = [
     ("stats_pressure_periodic_long", "periodic_box, long_run"),
     ("stats_collision_rate_enskog", "periodic_box"),
     ("stats_cooling_haff", "periodic_box"),
-    ("stepped_head_on", "the method `steps`"),
-    ("stepped_tunnelling", "the method `steps`"),
-    ("stepped_overlap_energy", "overlap correction"),
     // All `penalty_*`.
     ("penalty_", "the method `springs` (penalty)"),
     // A need, whatever the kind.
@@ -81,6 +78,9 @@ fn runner(kind: &str) -> Option<Runner> {
         "edmd_reverse" => trajectory::reverse,
         "edmd_mirror" => trajectory::mirror,
         "edmd_conservation" => trajectory::conservation,
+        "stepped_head_on" => stepped::head_on,
+        "stepped_tunnelling" => stepped::tunnelling,
+        "stepped_overlap_energy" => stepped::overlap_energy,
         "stats_two_discs_in_box" => statistics::two_discs,
         "stats_discs_in_box" => statistics::discs_in_box,
         "stats_microcanonical_moments" => statistics::moments,

@@ -4,7 +4,7 @@
 //! ```text
 //! files -> case -> kinds: how is this kind run, what is its tolerance? -> findings -> report
 //!                    |
-//!   resolve  impact  detect  invalid  trajectory  exact_solutions  collapse  statistics
+//!   resolve  impact  detect  invalid  trajectory  exact_solutions  collapse  statistics  stepped
 //! ```
 //!
 //! A case is a JSON file (tests/cases/README.md). It is run by its `kind` alone, whatever its
@@ -29,6 +29,7 @@ mod impact;
 mod invalid;
 mod resolve;
 mod statistics;
+mod stepped;
 mod trajectory;
 
 use std::collections::BTreeMap;

@@ -6,6 +6,8 @@
 
 pub mod plain;
 
+pub mod steps;
+
 pub mod clock;
 
 pub mod energy;

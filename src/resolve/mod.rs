@@ -1,8 +1,10 @@
-//! Resolution: what a contact does to velocities. It never looks for contacts.
+//! Resolution: what a contact does to velocities, and never to positions, but for [`overlap`],
+//! which does only that. It never looks for contacts.
 //!
 //! [`pair`] is the law for two discs, in the form that loses no digits; [`vector_method`] is the
 //! same law as the seven textbook steps, kept as its judge. [`wall`] is the law for a wall.
 //! [`touching`] resolves many contacts that exist at the same instant.
+//! [`overlap`] parts discs that a step of fixed length let overlap.
 
 pub mod pair;
 
@@ -11,3 +13,5 @@ pub mod vector_method;
 pub mod wall;
 
 pub mod touching;
+
+pub mod overlap;

@@ -17,6 +17,9 @@ pub const SCENE_FILE_BYTES: u64 = 64 << 20;
 /// Most events in one advance of an arena: the loop gets its turn again after so many.
 pub const EVENTS_PER_ADVANCE: usize = 2_000;
 
+/// Most steps of fixed length in one advance of an arena, for the same reason.
+pub const STEPS_PER_ADVANCE: usize = 2_000;
+
 /// Events at one instant before an arena is called stalled; one more for each of so many discs.
 pub const EVENTS_PER_INSTANT: usize = 2_000;
 

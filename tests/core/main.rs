@@ -9,4 +9,5 @@ mod motion;
 mod receive;
 mod resolve;
 mod scene;
+mod steps;
 mod world;
