@@ -161,8 +161,7 @@ impl Springs {
             deepest: 0.0,
             contacts: 0,
         };
-        arena.refuse_unstable(laws.stiffness * lightest)?;
-        arena.refuse_unstable_contacts()?;
+        arena.refuse_unstable_contacts(laws.stiffness * lightest)?;
         Ok(arena)
     }
 
@@ -258,7 +257,7 @@ impl Springs {
                 flow::together(&mut discs, &links, &self.laws, (h, 0.0), rule)
             }
             Scheme::Explicit(rule) => {
-                self.refuse_unstable_contacts()?;
+                self.refuse_unstable_contacts(0.0)?;
                 self.step_explicitly(&mut discs, rule, h)?
             }
         };
@@ -303,14 +302,14 @@ impl Springs {
         Ok(works)
     }
 
-    /// Refuses a step that the contacts of this moment make unstable.
-    fn refuse_unstable_contacts(&mut self) -> Result<(), Refused> {
+    /// Refuses a step that the contacts of this moment, or a mode with this `omega0^2`, make unstable.
+    fn refuse_unstable_contacts(&mut self, mode: f64) -> Result<(), Refused> {
         if !matches!(self.stepping.scheme, Scheme::Explicit(_)) || !self.stepping.refuse_unstable {
             return Ok(());
         }
         let walls = self.laws.walls.as_ref();
         let links = links::within(&self.discs, walls, 0.0, self.stepping.broad_phase)?;
-        self.refuse_unstable(stiffest_mode(&self.discs, &links, self.laws.stiffness))
+        self.refuse_unstable(stiffest_mode(&self.discs, &links, self.laws.stiffness).max(mode))
     }
 
     /// The same for a mode with this `omega0^2`.

@@ -5,7 +5,8 @@
 //! motion is what they store, also where a contact begins or ends within the step, and energy can
 //! not grow. While a contact lasts this is the implicit midpoint rule. Normals are those at the
 //! start of the step. The impulses are found by Gauss-Seidel sweeps: each contact's equation has one
-//! root, and momentum is kept by every sweep.
+//! root, and momentum is kept by every sweep. Sweeps are bounded: beyond `h omega` of about 20 they
+//! end before the last digits, and only backward Euler, which damps, stays harmless.
 //!
 //! Never choose a step here: how fine is for the caller to know.
 

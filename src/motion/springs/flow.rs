@@ -19,6 +19,9 @@ use crate::world::Disc;
 /// Parts of a step where contacts share a disc, in units of 1 / omega of their stiffest mode.
 const FINE: f64 = 0.05;
 
+/// The same beyond which swinging is not resolved any more.
+const COARSE: f64 = 1.0;
+
 /// What stays the same over all parts of a step.
 #[derive(Clone, Copy, Debug)]
 pub struct Flow<'a> {
@@ -110,7 +113,10 @@ impl Flow<'_> {
     ) -> Result<Vec<Work>, TooManyPairs> {
         let omega = stiffest_mode(discs, links, self.laws.stiffness).sqrt();
         if h * omega <= FINE || h <= self.shortest {
-            return Ok(together(discs, links, self.laws, (h, offset), Implicit::Midpoint));
+            // What can not be resolved is damped: it must not grow.
+            let resolved = h * omega <= COARSE;
+            let rule = if resolved { Implicit::Midpoint } else { Implicit::BackwardEuler };
+            return Ok(together(discs, links, self.laws, (h, offset), rule));
         }
         let half = 0.5 * h;
         let mut works = self.advance(discs, half, offset)?;
