@@ -21,10 +21,13 @@ pub const EVENTS_PER_ADVANCE: usize = 2_000;
 pub const STEPS_PER_ADVANCE: usize = 2_000;
 
 /// Most parts into which a step is cut where springs share discs.
-pub const PARTS_PER_STEP: usize = 1 << 14;
+pub const PARTS_PER_STEP: usize = 1 << 12;
 
 /// Most parts of a contact of two discs that turn about each other within a step.
 pub const TURNS_PER_STEP: usize = 1_000;
+
+/// Most sweeps over the equations of springs that share discs: a few do where they are resolved.
+pub const SPRING_SWEEPS: usize = 256;
 
 /// Most guesses at the root of one contact's equation.
 pub const ROOT_STEPS: usize = 200;

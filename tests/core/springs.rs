@@ -230,7 +230,7 @@ fn too_long_a_step_is_refused_with_the_longest_stable_one() {
     // A row that closes up on the way is stiffer than a pair: found when it does.
     let row = [
         disc(1, [0.0; 2], [0.0; 2], 0.5, 1.0),
-        disc(2, [0.99, 0.0], [0.0; 2], 0.5, 1.0),
+        disc(2, [1.0, 0.0], [0.0; 2], 0.5, 1.0),
         disc(3, [2.2, 0.0], [-1.0, 0.0], 0.5, 1.0),
     ];
     let near = stepping(0.0135, Scheme::Explicit(Explicit::VelocityVerlet));
@@ -241,7 +241,7 @@ fn too_long_a_step_is_refused_with_the_longest_stable_one() {
     while outcome.is_ok() && arena.now() < 1.0 {
         outcome = arena.advance(1.0, &mut Vec::new());
     }
-    println!("{outcome:?}");
+    assert!(matches!(outcome, Err(Refused::StepTooLong { .. })), "{outcome:?}");
 }
 
 #[test]
@@ -274,7 +274,7 @@ fn results_do_not_depend_on_where_one_looks() {
 #[test]
 fn wild_numbers_stay_numbers() {
     let mut random = Random::new(45);
-    for round in 0..300 {
+    for round in 0..40 {
         let discs: Vec<Disc> = (0..2 + random.below(4) as u32)
             .map(|id| Disc {
                 id,
