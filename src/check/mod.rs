@@ -4,7 +4,8 @@
 //! ```text
 //! files -> case -> kinds: how is this kind run, what is its tolerance? -> findings -> report
 //!                    |
-//!   resolve  impact  detect  invalid  trajectory  exact_solutions  collapse  statistics  stepped  penalty
+//!   resolve  impact  detect  invalid  trajectory  exact_solutions  collapse  statistics
+//!   stepped  penalty
 //! ```
 //!
 //! A case is a JSON file (tests/cases/README.md). It is run by its `kind` alone, whatever its

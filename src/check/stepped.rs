@@ -46,7 +46,7 @@ fn advance(arena: &mut Steps, until: f64, at: &Field) -> Read<Vec<Contact>> {
     Ok(contacts)
 }
 
-/// Two discs head on, at several step lengths: the step of detection is exact; lag, overlap then and
+/// Two discs head on, at several step lengths: the step of detection is exact; lag, overlap and
 /// the error of each position after are within the first number of the tolerance. The events judge:
 /// their error, to the true position, is within the number after `<=`.
 pub fn head_on(root: &Field, _: Effort) -> Findings {
@@ -94,7 +94,7 @@ fn judge(setup: &Setup, contact: f64, bound: f64) -> Result<Finding, Trouble> {
 }
 
 /// Bullets with a random start phase, through a fixed disc: how many the steps never touch is
-/// binomial to the stated number of sigmas, the arena reports each of them, and the events miss none.
+/// binomial to the stated number of sigmas, the arena reports each, and the events miss none.
 pub fn tunnelling(root: &Field, _: Effort) -> Findings {
     let (inputs, expected) = (root.get("inputs")?, root.get("expected")?);
     let sigmas = root.get("tolerance")?.get("value")?.number_after("binomial")?;

@@ -9,9 +9,9 @@
 //!   explicit      Euler, Verlet, Runge-Kutta: refused beyond the stable step ... [`integrators`]
 //! ```
 //!
-//! The limit of a stiff spring is the hard disc of [`super::plain`], late by `pi sqrt(mu / k)` times
-//! its speed for each contact; where three discs touch the two differ for ever. What ends a contact is
-//! a law that must be stated, it changes the restitution by up to a factor: [`Ending`].
+//! The limit of a stiff spring is the hard disc of [`super::plain`], late by `pi sqrt(mu / k)` for
+//! each contact; where three discs touch the two differ for ever. What ends a contact is a law that
+//! must be stated, it changes the restitution by a factor: [`Ending`].
 //!
 //! Steps stand on a fixed grid of times. The state between two step ends is a copy of the last one
 //! moved on by a shorter step, so results do not depend on where one stops to look.
@@ -213,8 +213,7 @@ impl Springs {
     pub fn advance(&mut self, until: f64, contacts: &mut Vec<Contact>) -> Result<(), Refused> {
         for _ in 0..limits::STEPS_PER_ADVANCE {
             let end = (self.count + 1) as f64 * self.stepping.step;
-            // By negation: a time that is not a number is not ahead either.
-            if !(end <= until) {
+            if end > until || until.is_nan() {
                 return self.show(until);
             }
             let (discs, works) = self.moved(self.stepping.step)?;
@@ -302,7 +301,7 @@ impl Springs {
         Ok(works)
     }
 
-    /// Refuses a step that the contacts of this moment, or a mode with this `omega0^2`, make unstable.
+    /// Refuses a step that is unstable with the contacts of now, or a mode with this `omega0^2`.
     fn refuse_unstable_contacts(&mut self, mode: f64) -> Result<(), Refused> {
         if !matches!(self.stepping.scheme, Scheme::Explicit(_)) || !self.stepping.refuse_unstable {
             return Ok(());

@@ -156,8 +156,7 @@ impl Steps {
     pub fn advance(&mut self, until: f64, contacts: &mut Vec<Contact>) -> Result<(), TooManyPairs> {
         for _ in 0..limits::STEPS_PER_ADVANCE {
             let end = (self.count + 1) as f64 * self.stepping.step;
-            // By negation: a time that is not a number is not ahead either.
-            if !(end <= until) {
+            if end > until || until.is_nan() {
                 self.now = self.now.max(until);
                 return Ok(());
             }

@@ -3,7 +3,7 @@
 //! Steps of fixed length find contacts late, with an overlap. Each pair is parted along its line of
 //! centres by at most its overlap, in the ratio of the inverse masses, so the centre of mass stays
 //! and a fixed disc does too (split impulse, non-linear Gauss-Seidel: Catto, GDC 2006). A velocity
-//! that does the same (Baumgarte) would add `mu (overlap / dt)^2 / 2` to the energy of every contact
+//! that does the same (Baumgarte) would add `mu (overlap / dt)^2 / 2` to the energy of each contact
 //! and step.
 //!
 //! Never touch a velocity here: kinetic energy is the same to the last bit.

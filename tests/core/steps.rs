@@ -118,14 +118,14 @@ fn the_error_is_that_of_the_lag_and_of_first_order() {
 
 #[test]
 fn a_gas_goes_to_the_event_method_as_the_step_goes_to_0() {
-    let discs = gas(39, 6, 8.0, (0.3, 0.6), (0.5, 3.0));
-    let mut exact = Plain::new(laws(8.0, 0.9), &discs, 0.3);
+    let discs = gas(37, 8, 6.0, (0.3, 0.6), (0.5, 3.0));
+    let mut exact = Plain::new(laws(6.0, 0.9), &discs, 0.3);
     let mut events = Vec::new();
-    exact.advance(4.0, &mut events).expect("no stall");
+    exact.advance(3.0, &mut events).expect("no stall");
     assert!(events.len() > 3);
     let error = |step: f64| {
-        let mut arena = arena(laws(8.0, 0.9), &discs, stepping(step));
-        let contacts = run(&mut arena, 4.0);
+        let mut arena = arena(laws(6.0, 0.9), &discs, stepping(step));
+        let contacts = run(&mut arena, 3.0);
         // Within a step the order is that of the ids.
         let who = |contacts: &[Contact]| {
             let mut who: Vec<_> = contacts.iter().map(|c| (c.a, c.b)).collect();

@@ -1,8 +1,8 @@
 //! Explicit integrators for stiff springs, to compare with, and the longest step that each stands.
 //!
 //! Undamped, a step of length `h` is stable up to `h omega = 2` (semi-implicit Euler, Verlet),
-//! `sqrt 3` (RK3), `2 sqrt 2` (RK4), and never (forward Euler, RK2). With damping the limit is found
-//! from the spectral radius of one step.
+//! `sqrt 3` (RK3), `2 sqrt 2` (RK4), and never (forward Euler, RK2). With damping the limit is
+//! found from the spectral radius of one step.
 //!
 //! Nothing here knows what pushes: the acceleration is an argument.
 

@@ -1,4 +1,4 @@
-//! One linear spring-dashpot contact by itself, in closed form: right at any stiffness and any step.
+//! One linear spring-dashpot contact by itself, in closed form: right at any stiffness and step.
 //!
 //! The overlap obeys `x'' + 2 beta x' + omega0^2 x = 0` with `omega0^2 = k / mu`,
 //! `beta = gamma / (2 mu)` and the reduced mass `mu` (not a mass). Below `beta = omega0` it swings
@@ -124,7 +124,7 @@ impl Oscillator {
         (x * c + a * s, v * c - (self.beta * v + self.omega0_squared * x) * s)
     }
 
-    /// The overlap, its rate and the force all obey the same equation: the first zero of one of them
+    /// Overlap, its rate and the force all obey the same equation: the first zero of one of them
     /// that is positive now, or is 0 and grows.
     fn first_zero(&self, x: f64, v: f64, what: Zero) -> f64 {
         let acceleration = -self.push(x, v);
