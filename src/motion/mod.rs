@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | [`plain`] | the next collision, then the next; the judge of every faster one | rounding |
 //! | [`steps`] | a fixed step, contacts found at its end | first order in the step |
-//! | [`springs`] | contacts that give way, spring and dashpot, in closed form | the model's: k^-1/2 |
+//! | [`springs`] | contacts that give way: spring and dashpot | the model's: k^-1/2 |
 //!
 //! Each is made from laws, discs and how to go on; `advance(until, &mut contacts)` moves it,
 //! `discs()` shows it, `now()` says how far it came. [`clock`] keeps the times of events exact;

@@ -1,4 +1,4 @@
-//! Springs: the closed form against a fine integration, laws, orders, limits, the hard disc at the end.
+//! Springs: the closed form and a fine integration, laws, orders, limits, the hard disc at the end.
 
 use carom::motion::plain::{self, Plain};
 use carom::motion::springs::oscillator::Oscillator;

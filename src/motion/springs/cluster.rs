@@ -2,7 +2,8 @@
 //!
 //! The elastic force of a step is the difference of the spring's energy over the difference of its
 //! overlap (a discrete gradient: Gonzalez, doi:10.1007/BF02440162). So what the springs take from
-//! the motion is what they store, also where a contact begins or ends within the step, and energy can
+//! the motion is what they store, also
+//! where a contact begins or ends within the step, and energy can
 //! not grow. While a contact lasts this is the implicit midpoint rule. Normals are those half
 //! a step on. The impulses are found by Gauss-Seidel sweeps: each contact's equation has one
 //! root, and momentum is kept by every sweep. Sweeps are bounded: beyond `h omega` of about 5 they
