@@ -40,8 +40,8 @@ pub fn predicate(root: &Field, _: Effort) -> Findings {
     Ok(findings)
 }
 
-/// Discs from SplitMix64 on a lattice of 1/`scale`: the first `n_big` as large as `first5` says, the
-/// others with radii from 1/2 to 3/2. Number of pairs, the first and last ones, and the hash.
+/// Discs from SplitMix64 on a lattice of 1/`scale`: the first `n_big` as large as `first5` says,
+/// the others with radii from 1/2 to 3/2. Number of pairs, the first and last ones, and the hash.
 pub fn generated(root: &Field, _: Effort) -> Findings {
     let (inputs, expected) = (root.get("inputs")?, root.get("expected")?);
     let discs = generate(&inputs)?;

@@ -1,5 +1,5 @@
-//! Kinds `edmd_*` whose answer is known in closed form: Galperin's billiard, the Tonks gas, unfolded
-//! and closed orbits, the cradle. No chaos, so every digit lost is the engine's.
+//! Kinds `edmd_*` whose answer is known in closed form: Galperin's billiard, the Tonks gas,
+//! unfolded and closed orbits, the cradle. No chaos, so every digit lost is the engine's.
 
 use std::collections::BTreeSet;
 
@@ -14,8 +14,8 @@ use crate::world::{Contact, Disc, Partner, Side};
 
 type Findings = Result<Vec<Finding>, Trouble>;
 
-/// Two discs and a wall. The counts are exact; `|dV| <=` and `|dv| <=` bound the final velocities of
-/// the big (second) and the small disc, `times rel` the event times, all in `N`, the number of
+/// Two discs and a wall. The counts are exact; `|dV| <=` and `|dv| <=` bound the final velocities
+/// of the big (second) and the small disc, `times rel` the event times, all in `N`, the number of
 /// collisions, `|V|`, the first speed of the big disc, and `M/m`.
 pub fn galperin(root: &Field, _: Effort) -> Findings {
     let (inputs, expected) = (root.get("inputs")?, root.get("expected")?);

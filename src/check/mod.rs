@@ -10,8 +10,8 @@
 //!
 //! A case is a JSON file (tests/cases/README.md). It is run by its `kind` alone, whatever its
 //! numbers, and its tolerance is read from it. The expected values and the tolerances are computed
-//! here; what is under test never is: scenes go through [`crate::world::World::step`], pairs through
-//! [`crate::resolve`] and [`crate::detect`], bad input through [`crate::receive`] and
+//! here; what is under test never is: scenes go through [`crate::world::World::step`], pairs
+//! through [`crate::resolve`] and [`crate::detect`], bad input through [`crate::receive`] and
 //! [`crate::scene`]. The only clock here is the stopwatch below.
 
 mod arena;

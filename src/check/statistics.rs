@@ -1,8 +1,9 @@
 //! Kinds `stats_*`: long-time averages against exact or published means, with a z-score.
 //!
 //! Standard errors come from independent runs or from 50 blocks of one run; `<n> sigma` of the
-//! tolerance bounds the z-score. Starts come from the scene generator with fixed seeds, so a verdict
-//! does not change from run to run. A quick check takes fewer events, and its errors are larger.
+//! tolerance bounds the z-score. Starts come from the scene generator with fixed seeds, so a
+//! verdict does not change from run to run. A quick check takes fewer events, and its errors are
+//! larger.
 
 use std::f64::consts::PI;
 

@@ -31,9 +31,9 @@ pub fn pair_impact(d: DVec2, w: DVec2, s: f64) -> Option<f64> {
     Some(c / (root - b))
 }
 
-/// [`pair_impact`] for any finite input: lengths and speeds are divided by powers of two first, which
-/// costs no digit, so squares of the scaled numbers stay in range. The same bits where the plain one
-/// is valid.
+/// [`pair_impact`] for any finite input: lengths and speeds are divided by powers of two first,
+/// which costs no digit, so squares of the scaled numbers stay in range. The same bits where the
+/// plain one is valid.
 pub fn pair_impact_at_any_scale(d: DVec2, w: DVec2, s: f64) -> Option<f64> {
     let length = power_of_two_near(d.abs().max_element().max(s));
     let speed = power_of_two_near(w.abs().max_element());
