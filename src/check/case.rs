@@ -152,6 +152,14 @@ impl<'a> Field<'a> {
         formula_in(rest, names).map_err(|error| self.wrong(error))
     }
 
+    /// The formula between two markers in this text.
+    pub fn formula_between(&self, start: &str, end: &str) -> Read<f64> {
+        let rest = self.words()?.split_once(start).and_then(|(_, rest)| rest.split_once(end));
+        let says = || self.wrong(format_args!("does not say `{start} <formula> {end}`"));
+        let (formula, _) = rest.ok_or_else(says)?;
+        formula_in(formula, &[]).map_err(|error| self.wrong(error))
+    }
+
     /// The number that follows `marker` in this text.
     pub fn number_after(&self, marker: &str) -> Read<f64> {
         let number = number::after(self.words()?, marker);

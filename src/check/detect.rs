@@ -101,10 +101,10 @@ fn generate(inputs: &Field) -> Read<Vec<Disc>> {
 }
 
 /// Steele, Lea, Flood, doi:10.1145/2714064.2660195.
-struct SplitMix64(u64);
+pub struct SplitMix64(pub u64);
 
 impl SplitMix64 {
-    fn next(&mut self) -> u64 {
+    pub fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);

@@ -4,13 +4,13 @@ use super::arena::Trouble;
 use super::case::Field;
 use super::finding::Finding;
 use super::{Effort, collapse, detect, exact_solutions, impact, invalid, resolve};
-use super::{statistics, trajectory};
+use super::{penalty, statistics, stepped, trajectory};
 
 /// Runs one case: all its sub-cases, or what is wrong.
 pub type Runner = fn(&Field, Effort) -> Result<Vec<Finding>, Trouble>;
 
 /// Kinds whose part of the engine is not built yet: shown as skipped, with the reason.
-const NOT_BUILT: [(&str, &str); 12] = [
+const NOT_BUILT: [(&str, &str); 8] = [
     ("edmd_bouncing_ball", "gravity"),
     ("stats_equation_of_state", "periodic_box"),
     ("stats_equation_of_state_crystal", "periodic_box"),
@@ -18,17 +18,12 @@ const NOT_BUILT: [(&str, &str); 12] = [
     ("stats_pressure_periodic_long", "periodic_box, long_run"),
     ("stats_collision_rate_enskog", "periodic_box"),
     ("stats_cooling_haff", "periodic_box"),
-    ("stepped_head_on", "the method `steps`"),
-    ("stepped_tunnelling", "the method `steps`"),
-    ("stepped_overlap_energy", "overlap correction"),
-    // All `penalty_*`.
-    ("penalty_", "the method `springs` (penalty)"),
     // A need, whatever the kind.
     ("periodic_box", "periodic_box"),
 ];
 
 /// Needs of a case that the engine meets.
-const MET: [&str; 1] = ["infinite_mass"];
+const MET: [&str; 2] = ["infinite_mass", "penalty"];
 
 /// How to run a kind, or why it is skipped.
 pub fn find(kind: &str, needs: &[String], effort: Effort) -> Result<Runner, String> {
@@ -81,6 +76,13 @@ fn runner(kind: &str) -> Option<Runner> {
         "edmd_reverse" => trajectory::reverse,
         "edmd_mirror" => trajectory::mirror,
         "edmd_conservation" => trajectory::conservation,
+        "penalty_restitution" => penalty::restitution,
+        "penalty_stability" => penalty::stability,
+        "penalty_cradle" => penalty::cradle,
+        "penalty_hard_limit" => penalty::hard_limit,
+        "stepped_head_on" => stepped::head_on,
+        "stepped_tunnelling" => stepped::tunnelling,
+        "stepped_overlap_energy" => stepped::overlap_energy,
         "stats_two_discs_in_box" => statistics::two_discs,
         "stats_discs_in_box" => statistics::discs_in_box,
         "stats_microcanonical_moments" => statistics::moments,

@@ -5,6 +5,7 @@
 //! files -> case -> kinds: how is this kind run, what is its tolerance? -> findings -> report
 //!                    |
 //!   resolve  impact  detect  invalid  trajectory  exact_solutions  collapse  statistics
+//!   stepped  penalty
 //! ```
 //!
 //! A case is a JSON file (tests/cases/README.md). It is run by its `kind` alone, whatever its
@@ -27,8 +28,10 @@ mod detect;
 mod exact_solutions;
 mod impact;
 mod invalid;
+mod penalty;
 mod resolve;
 mod statistics;
+mod stepped;
 mod trajectory;
 
 use std::collections::BTreeMap;

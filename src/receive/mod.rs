@@ -84,7 +84,7 @@ fn disc(circle: &CircleState) -> Result<Disc, BadCircle> {
         radius: circle.radius,
         mass: circle.mass,
     };
-    disc.defect().map_or(Ok(disc), |defect| Err(defect.into()))
+    disc.refusal().map_or(Ok(disc), |defect| Err(defect.into()))
 }
 
 /// The velocity that a Twist asks for, m/s in the frame of the arena.

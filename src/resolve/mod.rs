@@ -1,9 +1,11 @@
-//! Resolution: what a contact does to velocities. It never looks for contacts.
+//! Resolution: what a contact does to velocities, and never to positions, but for [`overlap`],
+//! which does only that. It never looks for contacts.
 //!
 //! [`pair`] is the law for two discs, in the form that loses no digits; [`vector_method`] is the
 //! same law as the seven textbook steps, kept as its judge. [`wall`] is the law for a wall.
 //! [`touching`] resolves many contacts that exist at the same instant, those that share discs by
 //! [`simultaneous`].
+//! [`overlap`] parts discs that a step of fixed length let overlap.
 
 pub mod pair;
 
@@ -14,3 +16,5 @@ pub mod wall;
 pub mod touching;
 
 pub mod simultaneous;
+
+pub mod overlap;

@@ -204,7 +204,7 @@ impl Reader<'_> {
                 radius: puck.radius,
                 mass: puck.mass.unwrap_or(1.0),
             };
-            if let Some(defect) = disc.defect() {
+            if let Some(defect) = disc.refusal() {
                 return Err(self.error(place, format!("puck `{name}`: {defect}")));
             }
             if walls.is_some_and(|walls| !walls.contain(disc.position, disc.radius)) {

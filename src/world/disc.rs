@@ -50,14 +50,30 @@ impl Disc {
             let wanted = "above 0 kg (inf = fixed)";
             return Some(Defect { field: "mass", value: self.mass, wanted });
         }
+        None
+    }
+
+    /// The first thing wrong with a disc that comes from outside: a defect, or a size beyond the
+    /// limits within which every result stays finite.
+    pub fn refusal(&self) -> Option<Defect> {
         let mass = if self.mass.is_finite() { self.mass } else { 1.0 };
+        let sizes = [
+            ("x", self.position.x),
+            ("y", self.position.y),
+            ("vx", self.velocity.x),
+            ("vy", self.velocity.y),
+            ("radius", self.radius),
+            ("mass", mass),
+        ];
         let too_large = |(_, value): &(_, f64)| value.abs() > limits::SIZE_MAX;
-        if let Some((field, value)) = finite.into_iter().chain([("mass", mass)]).find(too_large) {
+        if let Some(defect) = self.defect() {
+            return Some(defect);
+        }
+        if let Some((field, value)) = sizes.into_iter().find(too_large) {
             return Some(Defect { field, value, wanted: "1e60 at most" });
         }
-        let positive = [("radius", self.radius), ("mass", mass)];
-        let too_small = positive.into_iter().find(|(_, value)| *value < limits::SIZE_MIN);
-        too_small.map(|(field, value)| Defect { field, value, wanted: "1e-60 at least" })
+        let too_small = sizes[4..].iter().find(|(_, value)| *value < limits::SIZE_MIN);
+        too_small.map(|&(field, value)| Defect { field, value, wanted: "1e-60 at least" })
     }
 }
 

@@ -27,6 +27,21 @@ pub const SCENE_FILE_BYTES: u64 = 16 << 20;
 /// Most events in one advance of an arena: the loop gets its turn again after so many.
 pub const EVENTS_PER_ADVANCE: usize = 2_000;
 
+/// Most steps of fixed length in one advance of an arena, for the same reason.
+pub const STEPS_PER_ADVANCE: usize = 2_000;
+
+/// Most parts into which a step is cut where springs share discs.
+pub const PARTS_PER_STEP: usize = 1 << 12;
+
+/// Most parts of a contact of two discs that turn about each other within a step.
+pub const TURNS_PER_STEP: usize = 1_000;
+
+/// Most sweeps over the equations of springs that share discs: a few do where they are resolved.
+pub const SPRING_SWEEPS: usize = 256;
+
+/// Most guesses at the root of one contact's equation.
+pub const ROOT_STEPS: usize = 200;
+
 /// Events at one instant before an arena is called stalled; one more for each of so many discs.
 pub const EVENTS_PER_INSTANT: usize = 2_000;
 

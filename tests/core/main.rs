@@ -10,4 +10,6 @@ mod motion;
 mod receive;
 mod resolve;
 mod scene;
+mod springs;
+mod steps;
 mod world;

@@ -126,7 +126,7 @@ fn extreme_but_finite_input_gives_finite_answers() {
                 disc(id, [pick(), pick()], [pick(), pick()], radius, mass)
             })
             .collect();
-        assert!(discs.iter().all(|disc| disc.defect().is_none()));
+        assert!(discs.iter().all(|disc| disc.refusal().is_none()));
         let mut world = World::new(Settings::default(), &[]);
         for answer in step(&mut world, &[observe(&discs)], 0.0).answers {
             assert!(answer.velocities.iter().all(|(_, v)| v.is_finite()), "{round}: {discs:?}");

@@ -41,6 +41,13 @@ pub struct Laws {
     pub extreme_units: bool,
 }
 
+impl Default for Laws {
+    /// Elastic discs in the free plane.
+    fn default() -> Self {
+        Self { restitution: 1.0, walls: None, contact_time: 0.0, extreme_units: false }
+    }
+}
+
 /// An arena that cannot leave an instant: endlessly many contacts at the same time.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(

@@ -1,0 +1,208 @@
+//! Many contacts over a step: each one that is alone runs in closed form; where several share a
+//! disc, time is cut until they are alone, or so fine that the implicit rule is accurate.
+//!
+//! What fixes the cut is the contacts and not the caller's step: a blow that lasts a microsecond
+//! costs a few cuts around it, not a microsecond step for all. After each part the new velocities
+//! are looked at backwards: discs that have met on the way, and were not thought to, are taken
+//! together and the part is done again.
+//!
+//! Never move a disc here but through [`super::pair`], [`super::cluster`] and free flight.
+
+use super::Laws;
+use super::cluster::{self, Implicit};
+use super::links::{self, Link, Other, stiffest_mode};
+use super::pair::{Work, fly};
+use crate::detect::TooManyPairs;
+use crate::plan::BroadPhase;
+use crate::world::Disc;
+
+/// Parts of a step where contacts share a disc, in units of 1 / omega of their stiffest mode.
+const FINE: f64 = 0.05;
+
+/// The same beyond which swinging is not resolved any more.
+const COARSE: f64 = 1.0;
+
+/// What stays the same over all parts of a step.
+#[derive(Clone, Copy, Debug)]
+pub struct Flow<'a> {
+    /// The laws.
+    pub laws: &'a Laws,
+    /// How neighbours are found.
+    pub broad_phase: BroadPhase,
+    /// Parts are not made shorter than this, s.
+    pub shortest: f64,
+}
+
+impl Flow<'_> {
+    /// Moves the discs by `h` (s); returns what the contacts did, with times from `offset`.
+    pub fn advance(
+        &self,
+        discs: &mut [Disc],
+        h: f64,
+        offset: f64,
+    ) -> Result<Vec<Work>, TooManyPairs> {
+        let walls = self.laws.walls.as_ref();
+        let mut links = links::within(discs, walls, h, self.broad_phase)?;
+        let start = discs.to_vec();
+        loop {
+            let mut groups = Groups::of(discs.len(), &links);
+            let mut works = Vec::new();
+            for (members, links) in groups.listed(&links) {
+                self.advance_group(discs, &members, &links, (h, offset), &mut works)?;
+            }
+            let known = links.len();
+            for link in self.met(discs, h)? {
+                let together = match link.b {
+                    Other::Disc(b) => groups.root(link.a) == groups.root(b),
+                    Other::Wall(_) => links[..known].contains(&link),
+                };
+                if !together {
+                    links.push(link);
+                }
+            }
+            if links.len() == known {
+                return Ok(works);
+            }
+            discs.copy_from_slice(&start);
+        }
+    }
+
+    /// The contacts that exist at the end, and those from which straight flight may have led there.
+    fn met(&self, discs: &[Disc], h: f64) -> Result<Vec<Link>, TooManyPairs> {
+        let turned: Vec<Disc> =
+            discs.iter().map(|disc| Disc { velocity: -disc.velocity, ..*disc }).collect();
+        let mut met = links::within(&turned, None, h, self.broad_phase)?;
+        met.extend(links::within(discs, self.laws.walls.as_ref(), 0.0, self.broad_phase)?);
+        Ok(met)
+    }
+
+    fn advance_group(
+        &self,
+        discs: &mut [Disc],
+        members: &[usize],
+        links: &[Link],
+        (h, offset): (f64, f64),
+        works: &mut Vec<Work>,
+    ) -> Result<(), TooManyPairs> {
+        match links {
+            [] => members.iter().for_each(|&k| discs[k].position += discs[k].velocity * h),
+            [link] => {
+                let work = fly(discs, *link, self.laws, h);
+                works.extend(work.map(|work| Work { begins: offset + work.begins, ..work }));
+            }
+            _ => {
+                let mut group: Vec<Disc> = members.iter().map(|&k| discs[k]).collect();
+                let place = |k: usize| members.partition_point(|&member| member < k);
+                let local: Vec<Link> = links.iter().map(|link| link.renamed(place)).collect();
+                let done = self.advance_cluster(&mut group, &local, h, offset)?;
+                let back = |work: Work| Work { link: work.link.renamed(|k| members[k]), ..work };
+                works.extend(done.into_iter().map(back));
+                members.iter().zip(group).for_each(|(&k, disc)| discs[k] = disc);
+            }
+        }
+        Ok(())
+    }
+
+    /// Several contacts in one group: finer, or together.
+    fn advance_cluster(
+        &self,
+        discs: &mut [Disc],
+        links: &[Link],
+        h: f64,
+        offset: f64,
+    ) -> Result<Vec<Work>, TooManyPairs> {
+        let omega = stiffest_mode(discs, links, self.laws.stiffness).sqrt();
+        if h * omega <= FINE || h <= self.shortest {
+            // What can not be resolved is damped: it must not grow.
+            let resolved = h * omega <= COARSE;
+            let rule = if resolved { Implicit::Midpoint } else { Implicit::BackwardEuler };
+            return Ok(together(discs, links, self.laws, (h, offset), rule));
+        }
+        let half = 0.5 * h;
+        let mut works = self.advance(discs, half, offset)?;
+        works.extend(self.advance(discs, h - half, offset + half)?);
+        Ok(works)
+    }
+}
+
+/// All contacts of the links at once, by an implicit rule.
+pub fn together(
+    discs: &mut [Disc],
+    links: &[Link],
+    laws: &Laws,
+    (h, offset): (f64, f64),
+    rule: Implicit,
+) -> Vec<Work> {
+    let work = |&link: &Link| {
+        let normal = link.normal(discs);
+        Work {
+            link,
+            begins: offset,
+            approach_speed: link.velocity(discs).dot(normal),
+            normal,
+            centre: discs[link.a].position,
+            impulse: 0.0,
+            loss: link.stored(discs, laws),
+            deepest: link.overlap(discs, laws),
+        }
+    };
+    let mut works: Vec<Work> = links.iter().map(work).collect();
+    let impulses = cluster::step(discs, links, laws, h, rule);
+    for (work, impulse) in works.iter_mut().zip(impulses) {
+        let speed = work.link.velocity(discs).dot(work.normal);
+        work.impulse = impulse;
+        // What the motion gave, less what the spring took.
+        work.loss += impulse * 0.5 * (work.approach_speed + speed);
+        work.loss -= work.link.stored(discs, laws);
+        work.deepest = work.deepest.max(work.link.overlap(discs, laws));
+    }
+    works.retain(|work| work.impulse != 0.0);
+    works
+}
+
+impl Link {
+    fn renamed(&self, name: impl Fn(usize) -> usize) -> Self {
+        let b = match self.b {
+            Other::Disc(b) => Other::Disc(name(b)),
+            wall => wall,
+        };
+        Self { a: name(self.a), b }
+    }
+}
+
+/// Discs that hang together by links (union-find).
+struct Groups(Vec<usize>);
+
+impl Groups {
+    fn of(discs: usize, links: &[Link]) -> Self {
+        let mut groups = Self((0..discs).collect());
+        for link in links {
+            if let Other::Disc(b) = link.b {
+                let (a, b) = (groups.root(link.a), groups.root(b));
+                groups.0[a.max(b)] = a.min(b);
+            }
+        }
+        groups
+    }
+
+    fn root(&mut self, mut k: usize) -> usize {
+        while self.0[k] != k {
+            self.0[k] = self.0[self.0[k]];
+            k = self.0[k];
+        }
+        k
+    }
+
+    /// Each group's discs and links.
+    fn listed(&mut self, links: &[Link]) -> Vec<(Vec<usize>, Vec<Link>)> {
+        let mut listed = vec![(Vec::new(), Vec::new()); self.0.len()];
+        for k in 0..self.0.len() {
+            listed[self.root(k)].0.push(k);
+        }
+        for link in links {
+            listed[self.root(link.a)].1.push(*link);
+        }
+        listed.retain(|(members, _)| !members.is_empty());
+        listed
+    }
+}
