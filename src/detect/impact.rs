@@ -12,7 +12,7 @@
 use glam::DVec2;
 
 use super::fused;
-use crate::exact::{DoubleDouble, UNIT_ROUNDOFF, power_of_two_near, sum_of_products};
+use crate::exact::{UNIT_ROUNDOFF, power_of_two_near, sum_of_products, two_product, two_sum};
 use crate::world::{Side, Walls};
 
 /// Time until two discs touch, s from now; 0 = they touch already and approach; `None` = never.
@@ -57,8 +57,13 @@ fn clearance(d: DVec2, s: f64) -> f64 {
     if d2 > 2.0 * s2 {
         return d2 - s2;
     }
-    let d2 = DoubleDouble::product(d.x, d.x).plus(DoubleDouble::product(d.y, d.y));
-    d2.plus(DoubleDouble::product(s, s).negated()).value()
+    let (x2, x2_error) = two_product(d.x, d.x);
+    let (y2, y2_error) = two_product(d.y, d.y);
+    let (s2, s2_error) = two_product(s, s);
+    // Larger terms first: what the sums round away is small beside the result.
+    let (part, part_error) = two_sum(x2, -s2);
+    let (sum, sum_error) = two_sum(part, y2);
+    sum + (part_error + sum_error + (x2_error + y2_error - s2_error))
 }
 
 /// `s^2 w^2 - (d x w)^2`, or `None` if it is negative: the paths pass each other.
@@ -73,10 +78,25 @@ fn discriminant(d: DVec2, w: DVec2, s: f64) -> Option<f64> {
     if margin < -0.25 * swept {
         return None;
     }
-    let w2 = DoubleDouble::product(w.x, w.x).plus(DoubleDouble::product(w.y, w.y));
-    let cross = DoubleDouble::product(d.x, w.y).plus(DoubleDouble::product(-d.y, w.x));
-    let exact = DoubleDouble::product(s, s).times(w2).plus(cross.times(cross).negated()).value();
+    let (cross, cross_rest) = sum_of_two_products(d.x, w.y, -d.y, w.x);
+    let (w2, w2_rest) = sum_of_two_products(w.x, w.x, w.y, w.y);
+    let (s2, s2_rest) = two_product(s, s);
+    let (swept2, swept2_error) = two_product(s2, w2);
+    let (cross2, cross2_error) = two_product(cross, cross);
+    let swept2_rest = swept2_error + s2.mul_add(w2_rest, s2_rest * w2);
+    let cross2_rest = (2.0 * cross).mul_add(cross_rest, cross2_error);
+    let (difference, error) = two_sum(swept2, -cross2);
+    let exact = difference + (error + (swept2_rest - cross2_rest));
     (exact >= 0.0).then_some(exact)
+}
+
+/// `a * b + c * d` as a rounded sum and what it leaves out, to about 2^-105.
+#[inline(always)]
+fn sum_of_two_products(a: f64, b: f64, c: f64, d: f64) -> (f64, f64) {
+    let (p, p_error) = two_product(a, b);
+    let (q, q_error) = two_product(c, d);
+    let (sum, error) = two_sum(p, q);
+    (sum, error + (p_error + q_error))
 }
 
 /// Whether the pair could touch within `horizon` seconds: cheap, and never wrongly `false`.
