@@ -25,8 +25,8 @@
 //! | [`exact`] | error-free arithmetic, under all of the above |
 //! | `node` | the ROS 2 node; the only room that names a ROS crate (feature `ros`) |
 //!
-//! All but the node knows no ROS, no wall clock and no topic. Units are SI, vectors are in one
-//! fixed frame.
+//! All but the node knows no ROS and no topic; only the node and the stopwatch of [`check`] read a
+//! clock. Units are SI, vectors are in one fixed frame.
 #![warn(missing_docs)]
 #![deny(unsafe_code)]
 
