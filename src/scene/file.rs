@@ -25,6 +25,7 @@ struct SceneFile {
     restitution: Option<Spanned<f64>>,
     contact_time_s: Option<Spanned<f64>>,
     walls: Option<Spanned<WallsFile>>,
+    gravity: Option<Spanned<[f64; 2]>>,
     #[serde(default)]
     pucks: Vec<Spanned<PuckFile>>,
     #[serde(default)]
@@ -130,6 +131,7 @@ impl Reader<'_> {
         let settings = Settings {
             restitution,
             walls,
+            gravity: self.gravity(&scene.gravity)?,
             contact_time,
             contact_margin: self.at_least_0("contact_margin_m", &node.contact_margin_m, 0.0)?,
             stale_after: self.above_0("stale_after_s", &node.stale_after_s, stale_default)?,
@@ -278,6 +280,18 @@ impl Reader<'_> {
             max: DVec2::new(x[1], y[1]),
             restitution: self.fraction("restitution", own, restitution)?,
         })
+    }
+
+    fn gravity(&self, gravity: &Option<Spanned<[f64; 2]>>) -> Checked<Option<DVec2>> {
+        let Some(gravity) = gravity else { return Ok(None) };
+        let acceleration = DVec2::from_array(gravity.value);
+        // Squares of squares, over any length that a puck has, must stay in range.
+        let usual = |size: f64| size == 0.0 || (1e-30..=1e30).contains(&size);
+        if usual(acceleration.x.abs()) && usual(acceleration.y.abs()) {
+            return Ok(Some(acceleration));
+        }
+        let message = "gravity: [x, y] in m/s^2, each 0 or of a size from 1e-30 to 1e30".to_owned();
+        Err(self.error(Some(gravity.referenced), message))
     }
 
     /// A name that is new and a token of topic names.

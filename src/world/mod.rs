@@ -43,6 +43,8 @@ pub struct Settings {
     pub restitution: f64,
     /// The box around the arena, if there is one.
     pub walls: Option<Walls>,
+    /// The same acceleration of all simulated pucks of finite mass, m/s^2, if there is one.
+    pub gravity: Option<DVec2>,
     /// Contact time of the collapse model, s; `None` = derived from the pucks.
     pub contact_time: Option<f64>,
     /// Observed circles with a gap up to this count as in contact, m.
@@ -56,6 +58,7 @@ impl Default for Settings {
         Self {
             restitution: 1.0,
             walls: None,
+            gravity: None,
             contact_time: None,
             contact_margin: 0.0,
             stale_after: limits::STALE_AFTER_S,

@@ -3,6 +3,7 @@
 mod common;
 mod detect;
 mod exact;
+mod gravity;
 mod house;
 mod messages;
 mod motion;

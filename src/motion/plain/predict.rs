@@ -1,10 +1,13 @@
 //! What comes next for a body: the earliest of all meetings with others and with the walls.
 
+use glam::DVec2;
+
 use super::{Event, NEVER, Plain, With};
+use crate::detect::falling::{Approach, falling_pair_impact, falling_wall_impact};
 use crate::detect::impact::{may_meet_within, pair_impact, pair_impact_at_any_scale, wall_impact};
 use crate::exact::UNIT_ROUNDOFF;
 use crate::resolve::pair::approach;
-use crate::world::Disc;
+use crate::world::{Disc, limits};
 
 impl Plain {
     pub(super) fn predict_all(&mut self) {
@@ -31,7 +34,11 @@ impl Plain {
         let disc = body.at(offset);
         let mut first = self.next[k];
         if let Some(walls) = self.laws.walls.filter(|_| body.is_simulated()) {
-            let hit = wall_impact(disc.position, disc.velocity, disc.radius, &walls);
+            let hit = if body.acceleration == DVec2::ZERO {
+                wall_impact(disc.position, disc.velocity, disc.radius, &walls)
+            } else {
+                falling_wall_impact(&disc, body.acceleration, &walls)
+            };
             if let Some(hit) = hit.filter(|hit| offset + hit.time < first.time) {
                 first = Event { time: offset + hit.time, with: With::Wall(hit.side) };
             }
@@ -42,8 +49,8 @@ impl Plain {
                 continue;
             }
             let latest = first.time.max(self.next[l].time);
-            let (other, extreme) = (other.at(offset), self.laws.extreme_units);
-            let Some(time) = meeting(&disc, &other, latest - offset, extreme) else { continue };
+            let (pull, other) = (other.acceleration - body.acceleration, other.at(offset));
+            let Some(time) = self.meeting(&disc, &other, pull, latest - offset) else { continue };
             let time = offset + time;
             if time < first.time {
                 first = Event { time, with: With::Body(l) };
@@ -54,21 +61,30 @@ impl Plain {
         }
         self.next[k] = first;
     }
-}
 
-/// Time until two discs collide, s, if that is within the horizon.
-pub(super) fn meeting(a: &Disc, b: &Disc, horizon: f64, extreme_units: bool) -> Option<f64> {
-    let (d, w) = (b.position - a.position, b.velocity - a.velocity);
-    let reach = a.radius + b.radius;
-    let time = if extreme_units {
-        pair_impact_at_any_scale(d, w, reach)?
-    } else if may_meet_within(d, w, reach, horizon) {
-        pair_impact(d, w, reach)?
-    } else {
-        return None;
-    };
-    // Touching already: the resolver has the last word on whether they approach.
-    (time > 0.0 || approaches_beyond_rounding(a, b)).then_some(time)
+    /// Time until two discs collide, s, if that is within the horizon; `pull`: acceleration of the
+    /// second seen from the first, m/s^2.
+    pub(super) fn meeting(&self, a: &Disc, b: &Disc, pull: DVec2, horizon: f64) -> Option<f64> {
+        let (d, w) = (b.position - a.position, b.velocity - a.velocity);
+        let reach = a.radius + b.radius;
+        if self.laws.gravity.is_some() && pull != DVec2::ZERO {
+            let next = falling_pair_impact(d, w, pull, reach);
+            return next.map(|time| match time {
+                Approach::At(time) => time,
+                Approach::Now if approaches_beyond_rounding(a, b) => 0.0,
+                Approach::Now | Approach::Pressed => limits::PRESSED_CONTACT_S,
+            });
+        }
+        let time = if self.laws.extreme_units {
+            pair_impact_at_any_scale(d, w, reach)?
+        } else if may_meet_within(d, w, reach, horizon) {
+            pair_impact(d, w, reach)?
+        } else {
+            return None;
+        };
+        // Touching already: the resolver has the last word on whether they approach.
+        (time > 0.0 || approaches_beyond_rounding(a, b)).then_some(time)
+    }
 }
 
 /// Whether two discs in contact approach by more than the rounding of their velocities.
