@@ -56,6 +56,7 @@ impl Plan {
         Laws {
             restitution: settings.restitution,
             walls: settings.walls,
+            periodic: settings.periodic,
             gravity: settings.gravity.filter(|gravity| *gravity != DVec2::ZERO),
             contact_time: self.contact_time,
             extreme_units: self.extreme_units,

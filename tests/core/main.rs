@@ -7,6 +7,7 @@ mod gravity;
 mod house;
 mod messages;
 mod motion;
+mod periodic;
 mod receive;
 mod resolve;
 mod scene;

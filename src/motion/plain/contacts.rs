@@ -40,11 +40,19 @@ impl Plain {
                 let pairs = self.contacts_at(k, partner, event.time);
                 if let [(i, j)] = pairs[..] {
                     self.collide_pair(i, j, event.time, contacts);
+                } else if self.laws.periodic.is_some() {
+                    // A group may close around the box, where no image shows it whole.
+                    let (i, j) = self.by_id(k, partner);
+                    self.collide_pair(i, j, event.time, contacts);
                 } else {
                     self.collide_together(&pairs, event.time, contacts);
                 }
             }
             With::Wall(side) => self.bounce_off(k, side, event.time, contacts),
+            With::Renew => {
+                self.move_to(k, event.time);
+                self.predict_again(&[k], event.time);
+            }
             With::Nothing => unreachable!("an event without a partner has no finite time"),
         }
     }
@@ -85,7 +93,8 @@ impl Plain {
                     continue;
                 }
                 let pull = candidate.acceleration - self.bodies[body].acceleration;
-                let wait = self.meeting(&disc, &candidate.at(time), pull, latest - time);
+                let candidate = self.laws.near(disc.position, candidate.at(time));
+                let wait = self.meeting(&disc, &candidate, pull, latest - time);
                 if wait.is_some_and(|wait| wait <= latest - time) {
                     found.add(self.by_id(body, other));
                 }
@@ -122,6 +131,7 @@ impl Plain {
 
     fn collide_pair(&mut self, i: usize, j: usize, time: f64, contacts: &mut Vec<Contact>) {
         let (a, b) = (self.move_to(i, time), self.move_to(j, time));
+        let b = self.laws.near(a.position, b);
         let restitution = self.restitution(self.laws.restitution, &[i, j], time);
         if let Some(impact) = collide(&a, &b, restitution) {
             self.book_pair(i, j, &impact);
@@ -228,7 +238,8 @@ impl Plain {
     fn note_overlap(&mut self, i: usize, j: usize) {
         let (a, b) = (&self.bodies[i], &self.bodies[j]);
         if a.is_simulated() && b.is_simulated() {
-            let overlap = -gap(&a.disc, &b.disc) / a.disc.radius.min(b.disc.radius);
+            let near = self.laws.near(a.disc.position, b.disc);
+            let overlap = -gap(&a.disc, &near) / a.disc.radius.min(b.disc.radius);
             self.largest_overlap = self.largest_overlap.max(overlap);
         }
     }

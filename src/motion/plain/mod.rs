@@ -18,7 +18,10 @@
 //! Under gravity discs fly along parabolas: two that fall see each other fly straight, so only
 //! walls, and pairs of which one does not fall (fixed, observed or at rest), need other times. A
 //! disc that comes to rest on a wall has no more events there. Discs that lie on discs go on
-//! colliding, as often as the contact time allows: heaps are slow.
+//! colliding, as often as the contact time allows: heaps are too slow to be of use.
+//!
+//! In a periodic box a pair is looked at as the nearest image of one sees the other. That is right
+//! until another image could come near: at that time a disc's event is to look again.
 
 mod contacts;
 mod predict;
@@ -28,7 +31,7 @@ use glam::DVec2;
 use super::clock::Clock;
 use super::energy::EnergyAccount;
 use crate::exact::RunningSum;
-use crate::world::{Contact, Disc, DiscId, Owner, Side, Walls, limits};
+use crate::world::{Contact, Disc, DiscId, Owner, Periodic, Side, Walls, limits};
 
 /// What the discs of an arena obey.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,6 +42,8 @@ pub struct Laws {
     pub walls: Option<Walls>,
     /// The same acceleration of all simulated discs of finite mass, m/s^2; `None` = left out.
     pub gravity: Option<DVec2>,
+    /// The periodic box, if there is one; not with walls or gravity.
+    pub periodic: Option<Periodic>,
     /// Contact time of the collapse model, s; 0 = left out.
     pub contact_time: f64,
     /// Whether lengths or speeds are so large or small that products of four leave the range of
@@ -61,6 +66,19 @@ impl Laws {
             along(Side::Left, Side::Right, gravity.x),
             along(Side::Bottom, Side::Top, gravity.y),
         )
+    }
+
+    /// A disc as the periodic box shows it.
+    fn inside(&self, disc: Disc) -> Disc {
+        let Some(periodic) = self.periodic else { return disc };
+        Disc { position: periodic.inside(disc.position), ..disc }
+    }
+
+    /// The image of a disc that is nearest to a place.
+    fn near(&self, place: DVec2, disc: Disc) -> Disc {
+        let Some(periodic) = self.periodic else { return disc };
+        let shift = periodic.shift(disc.position - place);
+        Disc { position: disc.position + shift, ..disc }
     }
 
     /// Whether gravity presses discs on this wall.
@@ -168,6 +186,8 @@ enum With {
     Nothing,
     Body(usize),
     Wall(Side),
+    /// Nobody: the nearest images may be others from now on.
+    Renew,
 }
 
 /// What counts as one instant, in epochs. Even a disc thrown to and fro between two a million times
@@ -204,7 +224,8 @@ impl Plain {
     /// The discs of one owner as they are now, in the order in which they came.
     pub fn discs(&self, owner: Owner) -> impl Iterator<Item = Disc> + '_ {
         let offset = self.clock.offset(self.now);
-        self.bodies.iter().filter(move |body| body.owner == owner).map(move |body| body.at(offset))
+        let bodies = self.bodies.iter().filter(move |body| body.owner == owner);
+        bodies.map(move |body| self.laws.inside(body.at(offset)))
     }
 
     /// Kinetic energy of the simulated discs, J.
@@ -337,7 +358,7 @@ impl Plain {
         if body.acceleration != DVec2::ZERO {
             self.energy.book(body.work_until(offset));
         }
-        body.disc = body.at(offset);
+        body.disc = self.laws.inside(body.at(offset));
         body.own_time = offset;
         body.disc
     }

@@ -7,7 +7,7 @@ use crate::detect::falling::{Approach, falling_pair_impact, falling_wall_impact}
 use crate::detect::impact::{may_meet_within, pair_impact, pair_impact_at_any_scale, wall_impact};
 use crate::exact::UNIT_ROUNDOFF;
 use crate::resolve::pair::approach;
-use crate::world::{Disc, limits};
+use crate::world::{Disc, Periodic, limits};
 
 impl Plain {
     pub(super) fn predict_all(&mut self) {
@@ -43,13 +43,20 @@ impl Plain {
                 first = Event { time: offset + hit.time, with: With::Wall(hit.side) };
             }
         }
+        // Largest relative velocity and reach seen: how long the nearest images stay the nearest.
+        let (mut fastest, mut widest) = (DVec2::ZERO, 0.0f64);
         for (l, other) in self.bodies.iter().enumerate() {
             let nobody_ours = !body.is_simulated() && !other.is_simulated();
             if l == k || nobody_ours {
                 continue;
             }
             let latest = first.time.max(self.next[l].time);
-            let (pull, other) = (other.acceleration - body.acceleration, other.at(offset));
+            let (pull, mut other) = (other.acceleration - body.acceleration, other.at(offset));
+            if self.laws.periodic.is_some() {
+                other = self.laws.near(disc.position, other);
+                fastest = fastest.max((other.velocity - disc.velocity).abs());
+                widest = widest.max(other.radius + disc.radius);
+            }
             let Some(time) = self.meeting(&disc, &other, pull, latest - offset) else { continue };
             let time = offset + time;
             if time < first.time {
@@ -57,6 +64,12 @@ impl Plain {
             }
             if time < self.next[l].time {
                 self.next[l] = Event { time, with: With::Body(k) };
+            }
+        }
+        if let Some(periodic) = self.laws.periodic {
+            let time = offset + valid_for(&periodic, fastest, widest);
+            if time < first.time {
+                first = Event { time, with: With::Renew };
             }
         }
         self.next[k] = first;
@@ -85,6 +98,15 @@ impl Plain {
         // Touching already: the resolver has the last word on whether they approach.
         (time > 0.0 || approaches_beyond_rounding(a, b)).then_some(time)
     }
+}
+
+/// For how long the nearest images of all pairs remain those that touch next, s: at first another
+/// is at least half a box away on one axis, and it must come to the reach. The margin is rounding;
+/// an observed circle too wide for the box may be missed.
+fn valid_for(periodic: &Periodic, fastest: DVec2, widest: f64) -> f64 {
+    let half = 0.5 * periodic.size();
+    let way = (half - widest).max(half / 64.0) * (1.0 - 1e-9);
+    (way / fastest).min_element()
 }
 
 /// Whether two discs in contact approach by more than the rounding of their velocities.
