@@ -4,7 +4,7 @@
 //! ```text
 //! files -> case -> kinds: how is this kind run, what is its tolerance? -> findings -> report
 //!                    |
-//!   resolve  impact  detect  invalid  trajectory  exact_solutions  collapse  statistics
+//!   resolve  impact  detect  invalid  trajectory  exact_solutions  collapse  statistics  periodic
 //! ```
 //!
 //! A case is a JSON file (tests/cases/README.md). It is run by its `kind` alone, whatever its
@@ -27,6 +27,7 @@ mod detect;
 mod exact_solutions;
 mod impact;
 mod invalid;
+mod periodic;
 mod resolve;
 mod statistics;
 mod trajectory;

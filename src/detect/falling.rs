@@ -12,7 +12,6 @@ use glam::DVec2;
 
 use super::impact::{Hit, clearance};
 use crate::exact::{power_of_two_near, sum_of_products};
-use crate::world::limits::PRESSED_CONTACT_S;
 use crate::world::{Disc, Side, Walls};
 
 /// The next wall that a falling disc reaches; 0 = it is at or beyond the wall and moves outwards.
@@ -66,8 +65,15 @@ pub enum Approach {
 }
 
 /// The next contact of two discs; `None` = never. `d`, `w`, `a`: position (m), velocity (m/s) and
-/// acceleration (m/s^2, not 0) of the second seen from the first; `s`: sum of the radii, m.
-pub fn falling_pair_impact(d: DVec2, w: DVec2, a: DVec2, s: f64) -> Option<Approach> {
+/// acceleration (m/s^2, not 0) of the second seen from the first; `s`: sum of the radii, m; `shortest`: the
+/// shortest time between two contacts that counts as flight, s.
+pub fn falling_pair_impact(
+    d: DVec2,
+    w: DVec2,
+    a: DVec2,
+    s: f64,
+    shortest: f64,
+) -> Option<Approach> {
     let length = power_of_two_near(d.abs().max_element().max(s));
     let slowest = (length / w.length()).min((length / a.length()).sqrt());
     let unit = power_of_two_near(slowest);
@@ -90,7 +96,7 @@ pub fn falling_pair_impact(d: DVec2, w: DVec2, a: DVec2, s: f64) -> Option<Appro
     let root = (speed * speed + 4.0 * half.length() * (d.length() + s)).sqrt();
     let end = 1.0625 * (speed + root) / (2.0 * half.length());
     let time = first_descent(&quartic, end)? * unit;
-    let pressed = touching <= 0.0 && time < PRESSED_CONTACT_S;
+    let pressed = touching <= 0.0 && time < shortest;
     Some(if pressed { Approach::Pressed } else { Approach::At(time) })
 }
 

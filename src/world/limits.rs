@@ -31,8 +31,8 @@ pub const QUICK_CONTACTS: u32 = 128;
 /// 1, rests there, m/s: it would bounce endlessly often in a finite time.
 pub const REST_SPEED_MPS: f64 = 1e-6;
 
-/// Time between contacts of a falling disc and one that carries it, s: both lie still, and gravity
-/// presses them together by 5e-10 m in this time on earth.
+/// Time between contacts of a falling disc and one that carries it where nothing loses energy, s:
+/// gravity presses them together by 5e-10 m in this time on earth.
 pub const PRESSED_CONTACT_S: f64 = 1e-5;
 
 /// Most rounds over contacts that share discs: below restitution 1 they would never end.

@@ -81,11 +81,14 @@ impl Plain {
         let (d, w) = (b.position - a.position, b.velocity - a.velocity);
         let reach = a.radius + b.radius;
         if self.laws.gravity.is_some() && pull != DVec2::ZERO {
-            let next = falling_pair_impact(d, w, pull, reach);
+            // Quick enough for the collapse model to make it a hop: or it would sink in.
+            let quick = 0.25 * self.laws.contact_time;
+            let shortest = if quick > 0.0 { quick } else { limits::PRESSED_CONTACT_S };
+            let next = falling_pair_impact(d, w, pull, reach, shortest);
             return next.map(|time| match time {
                 Approach::At(time) => time,
                 Approach::Now if approaches_beyond_rounding(a, b) => 0.0,
-                Approach::Now | Approach::Pressed => limits::PRESSED_CONTACT_S,
+                Approach::Now | Approach::Pressed => shortest,
             });
         }
         let time = if self.laws.extreme_units {
