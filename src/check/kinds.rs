@@ -33,6 +33,10 @@ pub fn find(kind: &str, needs: &[String], effort: Effort) -> Result<Runner, Stri
     if let Some(reason) = not_built(kind) {
         return Err(reason);
     }
+    if effort == Effort::Quick && kind == "stats_pressure_periodic" {
+        // Its lattice melts in minutes.
+        return Err("needs long_run: left out by --quick".to_owned());
+    }
     let runner = runner(kind).ok_or_else(|| format!("unknown kind {kind}"))?;
     for need in needs.iter().map(String::as_str).filter(|need| !MET.contains(need)) {
         match need {

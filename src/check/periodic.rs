@@ -44,13 +44,13 @@ fn setup(mut discs: Vec<Disc>, size: DVec2) -> Setup {
 }
 
 /// At random places.
-fn random_gas(area_fraction: f64, field: &Field) -> Read<Setup> {
+fn random_gas(area_fraction: f64, seed: u64, field: &Field) -> Read<Setup> {
     if !(area_fraction > 0.0 && area_fraction < 0.5) {
         return Err(field.wrong("must be above 0 and below 0.5"));
     }
     let size = DVec2::splat((COUNT as f64 * 0.25 * PI / area_fraction).sqrt());
     let region = Walls { min: DVec2::ZERO, max: size, restitution: 1.0 };
-    let discs = gas(&vec![(1.0, 0.5); COUNT], region, COUNT as f64, 1, field)?;
+    let discs = gas(&vec![(1.0, 0.5); COUNT], region, COUNT as f64, seed, field)?;
     Ok(setup(discs, size))
 }
 
@@ -123,7 +123,8 @@ pub fn enskog(root: &Field, effort: Effort) -> Findings {
         let area_fraction = positive(&field)?;
         let wanted = root.get("expected")?.entry_with_number(area_fraction)?;
         let wanted = positive(&wanted.get("rate_from_virial_Z")?)?;
-        let (rate, sigma) = measure(&random_gas(area_fraction, &field)?, collisions(effort))?.rate;
+        let (rate, sigma) =
+            measure(&random_gas(area_fraction, 1, &field)?, collisions(effort))?.rate;
         let ours = (rate * per_time, sigma * per_time);
         let mut tally = Tally::new(format!("eta = {area_fraction}"));
         judge(&mut tally, "rate", ours, wanted, limit * ours.1 + 2.0 / COUNT as f64 * wanted);
@@ -140,7 +141,7 @@ pub fn fluid(root: &Field, effort: Effort) -> Findings {
         let area_fraction = positive(&field)?;
         let wanted = root.get("expected")?.entry_with_number(area_fraction)?;
         let (factor, tail) = (positive(&wanted.get("Z")?)?, wanted.get("tail_added")?.finite()?);
-        let ours = measure(&random_gas(area_fraction, &field)?, collisions(effort))?.factor;
+        let ours = measure(&random_gas(area_fraction, 1, &field)?, collisions(effort))?.factor;
         let bound = (limit * ours.1).max(0.5 * tail).max(1.5 / COUNT as f64);
         let mut tally = Tally::new(format!("eta = {area_fraction}"));
         judge(&mut tally, "Z", ours, factor, bound);
@@ -195,28 +196,38 @@ pub fn pressure(root: &Field, effort: Effort) -> Findings {
 
 /// Haff's law: at the listed multiples of `t0`, and at the end of the collisions per disc up to
 /// which the tolerance holds.
-pub fn haff(root: &Field, _: Effort) -> Findings {
+pub fn haff(root: &Field, effort: Effort) -> Findings {
     let (inputs, tolerance) = (root.get("inputs")?, root.get("tolerance")?.get("value")?);
     let percent = tolerance.words()?.split('%').next().and_then(|word| word.trim().parse().ok());
     let percent: f64 = percent.ok_or_else(|| tolerance.wrong("must begin with a percentage"))?;
     let most = tolerance.number_after("up to")?.clamp(0.0, 1000.0);
     let (_, fraction) = (inputs.get("N")?.number_after(">=")?, inputs.get("eta")?);
-    let gas = equilibrated(&random_gas(positive(&fraction)?, &fraction)?)?;
+    let runs = if effort == Effort::Full { 16 } else { 3 };
+    let gas = |seed| random_gas(positive(&fraction)?, seed, &fraction);
+    let gases: Vec<Setup> = (1..=runs).map(gas).collect::<Read<_>>()?;
+    let gases: Vec<Setup> = gases.iter().map(equilibrated).collect::<Result<_, _>>()?;
     let mut findings = Vec::new();
     for field in inputs.get("e")?.items()? {
         let restitution = positive(&field)?.min(1.0);
         let wanted = root.get("expected")?.entry_with_number(restitution)?;
         let t0 = positive(&wanted.get("t0")?)?;
         let mut tally = Tally::new(format!("e = {restitution}"));
-        let settings = Settings { restitution, ..gas.settings };
-        let mut run = Run::new(&Setup { settings, discs: gas.discs.clone() });
+        let cooling = |gas: &Setup| {
+            let settings = Settings { restitution, ..gas.settings };
+            Run::new(&Setup { settings, discs: gas.discs.clone() })
+        };
+        let mut runs: Vec<Run> = gases.iter().map(cooling).collect();
         let step = t0 / 400.0;
         for k in 1..100_000 {
-            run.pass(step * f64::from(k))?;
+            for run in &mut runs {
+                run.pass(step * f64::from(k))?;
+            }
             let at = f64::from(k) / 400.0;
             let law = (1.0 + at).powi(-2);
-            let ours = temperature(&run.discs());
-            let collisions = 2.0 * run.pairs as f64 / COUNT as f64;
+            let ours: Vec<f64> = runs.iter().map(|run| temperature(&run.discs())).collect();
+            let ours = estimate(&ours);
+            let pairs: u64 = runs.iter().map(|run| run.pairs).sum();
+            let collisions = 2.0 * pairs as f64 / (COUNT * runs.len()) as f64;
             if collisions > most {
                 judge_cooling(&mut tally, at, ours, law, percent);
                 break;
@@ -230,9 +241,9 @@ pub fn haff(root: &Field, _: Effort) -> Findings {
     Ok(findings)
 }
 
-fn judge_cooling(tally: &mut Tally, at: f64, ours: f64, wanted: f64, percent: f64) {
-    tally.within(format!("T at {at} t0"), (ours / wanted - 1.0).abs(), 0.01 * percent);
-    tally.note(format!("T({at:.3} t0) {ours:.5} of {wanted:.5}"));
+fn judge_cooling(tally: &mut Tally, at: f64, ours: Estimate, wanted: f64, percent: f64) {
+    tally.within(format!("T at {at} t0"), (ours.0 / wanted - 1.0).abs(), 0.01 * percent);
+    tally.note(format!("T({at:.3} t0) {:.5} +- {:.5} of {wanted:.5}", ours.0, ours.1));
 }
 
 /// A gas after ten elastic collisions a disc.
