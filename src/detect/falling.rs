@@ -65,8 +65,8 @@ pub enum Approach {
 }
 
 /// The next contact of two discs; `None` = never. `d`, `w`, `a`: position (m), velocity (m/s) and
-/// acceleration (m/s^2, not 0) of the second seen from the first; `s`: sum of the radii, m; `shortest`: the
-/// shortest time between two contacts that counts as flight, s.
+/// acceleration (m/s^2, not 0) of the second seen from the first; `s`: sum of the radii, m;
+/// `shortest`: the shortest time between two contacts that counts as flight, s.
 pub fn falling_pair_impact(
     d: DVec2,
     w: DVec2,
