@@ -57,7 +57,7 @@ fn random_gas(area_fraction: f64, seed: u64, field: &Field) -> Read<Setup> {
 /// On a triangular lattice of so many columns and (even) rows.
 fn lattice(columns: usize, rows: usize, area_fraction: f64, field: &Field) -> Read<Setup> {
     let few = |number: usize| (2..=1000).contains(&number);
-    if !few(columns) || !few(rows) || rows % 2 != 0 {
+    if !few(columns) || !few(rows) || !rows.is_multiple_of(2) {
         return Err(field.wrong("must be columns and an even number of rows"));
     }
     let spacing = (0.5 * PI / (area_fraction * 3f64.sqrt())).sqrt();
