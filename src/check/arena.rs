@@ -20,14 +20,14 @@ pub enum Trouble {
 /// A scene as a case gives it.
 #[derive(Clone, Debug)]
 pub struct Setup {
-    /// Restitution and walls.
+    /// Restitution, walls, gravity.
     pub settings: Settings,
     /// The discs; their ids are their indices.
     pub discs: Vec<Disc>,
 }
 
 impl Setup {
-    /// Reads `bodies`, `box`, `e` and `e_wall`.
+    /// Reads `bodies`, `box`, `e`, `e_wall` and `g`.
     pub fn read(inputs: &Field) -> Read<Self> {
         Ok(Self::read_laws(inputs)?.with(discs(&inputs.get("bodies")?)?))
     }
@@ -38,6 +38,9 @@ impl Setup {
         let mut settings = Settings { restitution, ..Settings::default() };
         if inputs.find("box").is_some() {
             settings.walls = Some(walls(inputs, fraction(inputs, "e_wall")?)?);
+        }
+        if let Some(gravity) = inputs.find("g") {
+            settings.gravity = Some(DVec2::NEG_Y * gravity.finite()?);
         }
         Ok(Self { settings, discs: Vec::new() })
     }

@@ -6,7 +6,7 @@ use super::case::{Field, Malformed, Read};
 use super::exact_solutions::judge_state;
 use super::finding::{Finding, Tally};
 use crate::exact::UNIT_ROUNDOFF;
-use crate::world::{Contact, Disc, Partner};
+use crate::world::{Contact, Disc, Partner, limits};
 
 type Findings = Result<Vec<Finding>, Trouble>;
 
@@ -42,6 +42,31 @@ fn wall_of(contact: &Contact) -> &'static str {
         Partner::Wall(side) => letter(side),
         Partner::Disc(_) => "",
     }
+}
+
+/// A ball dropped on a lossy floor: `times rel` bounds the listed times of its bounces; once they
+/// have piled up it lies where `y=` says, slower than the speed at which the arena lets a disc
+/// rest, and nothing happens any more.
+pub fn bouncing_ball(root: &Field, _: Effort) -> Findings {
+    let (inputs, expected) = (root.get("inputs")?, root.get("expected")?);
+    let relative = root.get("tolerance")?.get("kind")?.number_after("times rel")?;
+    let (zeno, mut run) = (expected.get("zeno_time")?, Run::new(&Setup::read(&inputs)?));
+    let late = zeno.number()? * (1.0 + relative);
+    let mut tally = Tally::new("bounces, then rest");
+    let contacts = run.contacts(late)?;
+    for (k, time) in expected.get("bounce_times")?.items()?.iter().enumerate() {
+        let ours = contacts.get(k).map_or(f64::NAN, |contact| contact.time);
+        let what = format!("t of bounce {}", k + 1);
+        tally.near(&what, ours, time.decimal()?, relative * time.number()?.abs());
+    }
+    let last = contacts.last().map_or(f64::NAN, |contact| contact.time);
+    tally.note(format!("{} bounces, the last {:.1e} s early", contacts.len(), late - last));
+    tally.exact("events at rest", run.contacts(2.0 * late)?.len(), 0);
+    let ball = run.discs()[0];
+    tally.within("|vy| at rest", ball.velocity.y.abs(), limits::REST_SPEED_MPS);
+    let height = expected.get("rest_after_zeno")?.number_after("y=")?;
+    tally.within("y at rest", (ball.position.y - height).abs(), relative * height.abs());
+    Ok(vec![tally.finish()])
 }
 
 /// A light disc between a wall and a closing piston: `times rel` bounds the times of the listed

@@ -5,7 +5,7 @@
 //! files -> case -> kinds: how is this kind run, what is its tolerance? -> findings -> report
 //!                    |
 //!   resolve  impact  detect  invalid  trajectory  exact_solutions  collapse  statistics
-//!   stepped  penalty
+//!   stepped  penalty  periodic
 //! ```
 //!
 //! A case is a JSON file (tests/cases/README.md). It is run by its `kind` alone, whatever its
@@ -29,6 +29,7 @@ mod exact_solutions;
 mod impact;
 mod invalid;
 mod penalty;
+mod periodic;
 mod resolve;
 mod statistics;
 mod stepped;

@@ -29,9 +29,10 @@ fn events(effort: Effort) -> f64 {
 }
 
 /// A mean and its standard error.
-type Estimate = (f64, f64);
+pub type Estimate = (f64, f64);
 
-fn estimate(values: &[f64]) -> Estimate {
+/// Mean and standard error of independent values.
+pub fn estimate(values: &[f64]) -> Estimate {
     let count = values.len() as f64;
     let mean = values.iter().sum::<f64>() / count;
     let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>();
@@ -39,7 +40,7 @@ fn estimate(values: &[f64]) -> Estimate {
 }
 
 /// The limit of the z-score: the number that a tolerance begins with, before "sigma".
-fn limit(root: &Field) -> Read<f64> {
+pub fn limit(root: &Field) -> Read<f64> {
     let field = root.get("tolerance")?.get("value")?;
     let words: Vec<&str> = field.words()?.split_whitespace().collect();
     let sigma = words.iter().position(|word| word.starts_with("sigma"));
@@ -49,7 +50,7 @@ fn limit(root: &Field) -> Read<f64> {
 }
 
 /// Discs of these masses and radii at random places, with the kinetic energy asked for.
-fn gas(
+pub fn gas(
     bodies: &[(f64, f64)],
     walls: Walls,
     energy: f64,
@@ -116,7 +117,8 @@ pub fn two_discs(root: &Field, effort: Effort) -> Findings {
     Ok(findings)
 }
 
-fn positive(field: &Field) -> Read<f64> {
+/// A number above 0.
+pub fn positive(field: &Field) -> Read<f64> {
     let value = field.finite()?;
     if value > 0.0 { Ok(value) } else { Err(field.wrong("must be above 0")) }
 }

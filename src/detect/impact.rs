@@ -52,7 +52,7 @@ pub fn pair_impact_at_any_scale(d: DVec2, w: DVec2, s: f64) -> Option<f64> {
 
 /// `d.d - s^2`, in double-double where the two are close.
 #[inline(always)]
-fn clearance(d: DVec2, s: f64) -> f64 {
+pub(super) fn clearance(d: DVec2, s: f64) -> f64 {
     let (d2, s2) = (d.length_squared(), s * s);
     if d2 > 2.0 * s2 {
         return d2 - s2;

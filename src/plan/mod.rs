@@ -1,5 +1,7 @@
 //! The plan: what a scene needs, decided once and only here. What it does not need is left out.
 
+use glam::DVec2;
+
 use crate::motion::plain::{Laws, is_extreme};
 use crate::world::{Disc, Settings};
 
@@ -54,6 +56,8 @@ impl Plan {
         Laws {
             restitution: settings.restitution,
             walls: settings.walls,
+            periodic: settings.periodic,
+            gravity: settings.gravity.filter(|gravity| *gravity != DVec2::ZERO),
             contact_time: self.contact_time,
             extreme_units: self.extreme_units,
         }

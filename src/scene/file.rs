@@ -14,7 +14,7 @@ use crate::detect;
 use crate::detect::touching::overlap;
 use crate::messages::Contact;
 use crate::plan::BroadPhase;
-use crate::world::{Disc, Settings, Walls, limits};
+use crate::world::{Disc, Periodic, Settings, Walls, limits};
 
 /// Grey: the colour of pucks that name none.
 const DEFAULT_COLOUR: [u8; 4] = [128, 128, 128, 255];
@@ -26,6 +26,8 @@ struct SceneFile {
     restitution: Option<Spanned<f64>>,
     contact_time_s: Option<Spanned<f64>>,
     walls: Option<Spanned<WallsFile>>,
+    gravity: Option<Spanned<[f64; 2]>>,
+    periodic: Option<Spanned<WallsFile>>,
     #[serde(default)]
     pucks: Vec<Spanned<PuckFile>>,
     #[serde(default)]
@@ -138,17 +140,23 @@ impl Reader<'_> {
             None => None,
         };
         self.ids.extend(scene.pucks.iter().filter_map(|puck| puck.value.id));
-        self.read_pucks(&scene.pucks, walls)?;
-        self.read_batches(&scene.batches, walls)?;
+        let periodic = self.periodic(scene)?;
+        // Pucks begin inside the periodic box, clear of its border: so none overlap across it.
+        let room = periodic.map(|Periodic { min, max }| Walls { min, max, restitution: 1.0 });
+        self.read_pucks(&scene.pucks, walls.or(room))?;
+        self.read_batches(&scene.batches, walls.or(room))?;
         let node = &scene.node;
         let stale_default = limits::STALE_AFTER_S;
         let settings = Settings {
             restitution,
             walls,
+            gravity: self.gravity(&scene.gravity)?,
+            periodic,
             contact_time,
             contact_margin: self.at_least_0("contact_margin_m", &node.contact_margin_m, 0.0)?,
             stale_after: self.above_0("stale_after_s", &node.stale_after_s, stale_default)?,
         };
+        self.fits(periodic, scene)?;
         let node = self.node(node)?;
         self.pucks.sort_by_key(|puck| puck.disc.id);
         let name = scene.name.clone().unwrap_or_else(|| self.file.to_owned());
@@ -313,6 +321,40 @@ impl Reader<'_> {
             max: DVec2::new(x[1], y[1]),
             restitution: self.fraction("restitution", own, restitution)?,
         })
+    }
+
+    /// The periodic box, which excludes walls and gravity.
+    fn periodic(&self, scene: &SceneFile) -> Checked<Option<Periodic>> {
+        let Some(file) = &scene.periodic else { return Ok(None) };
+        if scene.walls.is_some() || scene.gravity.is_some() || file.value.restitution.is_some() {
+            let message = "periodic: x and y only, without walls and without gravity".to_owned();
+            return Err(self.error(Some(file.referenced), message));
+        }
+        let Walls { min, max, .. } = self.walls("periodic", file, 1.0)?;
+        Ok(Some(Periodic { min, max }))
+    }
+
+    /// Refuses a periodic box in which a pair could touch in two images at once.
+    fn fits(&self, periodic: Option<Periodic>, scene: &SceneFile) -> Checked<()> {
+        let Some(periodic) = periodic else { return Ok(()) };
+        let radius = self.pucks.iter().map(|puck| puck.disc.radius).fold(0.0, f64::max);
+        if periodic.size().min_element() > 4.0 * radius {
+            return Ok(());
+        }
+        let message = format!("periodic: must be wider than 4 radii, {} m", 4.0 * radius);
+        Err(self.error(scene.periodic.as_ref().map(|file| file.referenced), message))
+    }
+
+    fn gravity(&self, gravity: &Option<Spanned<[f64; 2]>>) -> Checked<Option<DVec2>> {
+        let Some(gravity) = gravity else { return Ok(None) };
+        let acceleration = DVec2::from_array(gravity.value);
+        // Squares of squares, over any length that a puck has, must stay in range.
+        let usual = |size: f64| size == 0.0 || (1e-30..=1e30).contains(&size);
+        if usual(acceleration.x.abs()) && usual(acceleration.y.abs()) {
+            return Ok(Some(acceleration));
+        }
+        let message = "gravity: [x, y] in m/s^2, each 0 or of a size from 1e-30 to 1e30".to_owned();
+        Err(self.error(Some(gravity.referenced), message))
     }
 
     /// A name that is new and a token of topic names.

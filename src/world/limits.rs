@@ -52,6 +52,14 @@ pub const EVENTS_PER_INSTANT_AND_DISC: usize = 300;
 /// caught in a collapse: far more than a finite chain of blows between a few discs has.
 pub const QUICK_CONTACTS: u32 = 128;
 
+/// A disc that leaves a wall on which gravity presses it with at most this speed, below restitution
+/// 1, rests there, m/s: it would bounce endlessly often in a finite time.
+pub const REST_SPEED_MPS: f64 = 1e-6;
+
+/// Time between contacts of a falling disc and one that carries it where nothing loses energy, s:
+/// gravity presses them together by 5e-10 m in this time on earth.
+pub const PRESSED_CONTACT_S: f64 = 1e-5;
+
 /// Most rounds over contacts that share discs: below restitution 1 they would never end.
 pub const CONTACT_ROUNDS: usize = 1_000;
 

@@ -8,6 +8,7 @@ mod command;
 mod contact;
 mod disc;
 mod observed;
+mod periodic;
 mod walls;
 
 pub mod limits;
@@ -17,6 +18,7 @@ use std::collections::HashSet;
 pub use command::{Answer, Command, Instants, Outcome, Refusal, Report};
 pub use contact::{Contact, Partner};
 pub use disc::{Defect, Disc, DiscId};
+pub use periodic::Periodic;
 pub use walls::{Side, Walls};
 
 use glam::DVec2;
@@ -43,6 +45,11 @@ pub struct Settings {
     pub restitution: f64,
     /// The box around the arena, if there is one.
     pub walls: Option<Walls>,
+    /// The periodic box around the arena, if there is one; not with walls or gravity. Observed
+    /// circles meet pucks across its border, but not each other.
+    pub periodic: Option<Periodic>,
+    /// The same acceleration of all simulated pucks of finite mass, m/s^2, if there is one.
+    pub gravity: Option<DVec2>,
     /// Contact time of the collapse model, s; `None` = derived from the pucks.
     pub contact_time: Option<f64>,
     /// Observed circles with a gap up to this count as in contact, m.
@@ -56,6 +63,8 @@ impl Default for Settings {
         Self {
             restitution: 1.0,
             walls: None,
+            periodic: None,
+            gravity: None,
             contact_time: None,
             contact_margin: 0.0,
             stale_after: limits::STALE_AFTER_S,

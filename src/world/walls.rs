@@ -54,6 +54,17 @@ impl Walls {
         }
     }
 
+    /// The place of a disc brought exactly onto a wall.
+    pub fn onto(&self, side: Side, disc: &Disc) -> DVec2 {
+        let DVec2 { x, y } = disc.position;
+        match side {
+            Side::Left => DVec2::new(self.min.x + disc.radius, y),
+            Side::Right => DVec2::new(self.max.x - disc.radius, y),
+            Side::Bottom => DVec2::new(x, self.min.y + disc.radius),
+            Side::Top => DVec2::new(x, self.max.y - disc.radius),
+        }
+    }
+
     /// Whether a disc lies inside, touching allowed.
     pub fn contain(&self, position: DVec2, radius: f64) -> bool {
         position.cmpge(self.min + radius).all() && position.cmple(self.max - radius).all()

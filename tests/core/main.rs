@@ -3,10 +3,12 @@
 mod common;
 mod detect;
 mod exact;
+mod gravity;
 mod house;
 mod invariance;
 mod messages;
 mod motion;
+mod periodic;
 mod receive;
 mod resolve;
 mod scene;

@@ -169,3 +169,29 @@ fn a_seed_gives_the_same_bits() {
     assert_eq!(batch(1), batch(1));
     assert_ne!(batch(1), batch(2));
 }
+
+#[test]
+fn gravity_and_periodic_boxes_are_read_or_refused() {
+    let puck = "pucks: [{name: a, position: [1, 1], radius: 0.5}]\n";
+    let parse = |keys: &str| file::parse(&format!("{puck}{keys}"), "scene.yaml");
+    let tilted = parse("gravity: [0.0, -9.81]").expect("a scene").settings;
+    assert_eq!(tilted.gravity, Some(glam::DVec2::new(0.0, -9.81)));
+    let periodic = parse("periodic: {x: [0, 4], y: [0, 3]}").expect("a scene").settings.periodic;
+    assert_eq!(periodic.expect("a box").size(), glam::DVec2::new(4.0, 3.0));
+    let refused = [
+        ("gravity: [.nan, 0]", "gravity: [x, y] in m/s^2, each 0 or of a size from 1e-30 to 1e30"),
+        ("periodic: {x: [0, 2], y: [0, 9]}", "periodic: must be wider than 4 radii, 2 m"),
+        (
+            "walls: {x: [0, 4], y: [0, 4]}\nperiodic: {x: [0, 4], y: [0, 4]}",
+            "periodic: x and y only, without walls and without gravity",
+        ),
+        (
+            "gravity: [0, 1]\nperiodic: {x: [0, 4], y: [0, 4]}",
+            "periodic: x and y only, without walls and without gravity",
+        ),
+    ];
+    for (keys, message) in refused {
+        let error = parse(keys).expect_err("refused").to_string();
+        assert!(error.ends_with(message) && error.lines().count() == 1, "{error}");
+    }
+}

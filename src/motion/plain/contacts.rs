@@ -1,7 +1,6 @@
 //! What happens at an event: the contact is resolved, booked and noted, and whoever took part is
 //! predicted again. Contacts at the same instant that share a body are found and resolved together.
 
-use super::predict::meeting;
 use super::{Body, Event, Plain, With};
 use crate::detect::Pair;
 use crate::detect::touching::gap;
@@ -41,11 +40,19 @@ impl Plain {
                 let pairs = self.contacts_at(k, partner, event.time);
                 if let [(i, j)] = pairs[..] {
                     self.collide_pair(i, j, event.time, contacts);
+                } else if self.laws.periodic.is_some() {
+                    // A group may close around the box, where no image shows it whole.
+                    let (i, j) = self.by_id(k, partner);
+                    self.collide_pair(i, j, event.time, contacts);
                 } else {
                     self.collide_together(&pairs, event.time, contacts);
                 }
             }
             With::Wall(side) => self.bounce_off(k, side, event.time, contacts),
+            With::Renew => {
+                self.move_to(k, event.time);
+                self.predict_again(&[k], event.time);
+            }
             With::Nothing => unreachable!("an event without a partner has no finite time"),
         }
     }
@@ -84,8 +91,9 @@ impl Plain {
                 if other == body || !self.bodies[body].can_collide_with(candidate) {
                     continue;
                 }
-                let (candidate, extreme) = (candidate.at(time), self.laws.extreme_units);
-                let wait = meeting(&disc, &candidate, latest - time, extreme);
+                let pull = candidate.acceleration - self.bodies[body].acceleration;
+                let candidate = self.laws.near(disc.position, candidate.at(time));
+                let wait = self.meeting(&disc, &candidate, pull, latest - time);
                 if wait.is_some_and(|wait| wait <= latest - time) {
                     found.add(self.by_id(body, other));
                 }
@@ -112,7 +120,7 @@ impl Plain {
         let resolved = touching::resolve(&mut discs, &local, restitution, self.now);
         self.book_together(&places, &discs, &resolved.contacts);
         for (&k, disc) in places.iter().zip(&discs) {
-            self.bodies[k].disc.velocity = disc.velocity;
+            self.set_velocity_of(k, disc.velocity);
         }
         let touched: Vec<usize> = resolved.touched.iter().map(|&k| places[k]).collect();
         self.note_contacts(&touched, time, resolved.contacts.len());
@@ -122,11 +130,12 @@ impl Plain {
 
     fn collide_pair(&mut self, i: usize, j: usize, time: f64, contacts: &mut Vec<Contact>) {
         let (a, b) = (self.move_to(i, time), self.move_to(j, time));
+        let b = self.laws.near(a.position, b);
         let restitution = self.restitution(self.laws.restitution, &[i, j], time);
         if let Some(impact) = collide(&a, &b, restitution) {
             self.book_pair(i, j, &impact);
-            self.bodies[i].disc.velocity = impact.velocity_a;
-            self.bodies[j].disc.velocity = impact.velocity_b;
+            self.set_velocity_of(i, impact.velocity_a);
+            self.set_velocity_of(j, impact.velocity_b);
             self.note_contacts(&[i, j], time, 1);
             contacts.push(pair_contact(&a, &b, &impact, self.now));
         }
@@ -134,12 +143,22 @@ impl Plain {
     }
 
     fn bounce_off(&mut self, k: usize, side: Side, time: f64, contacts: &mut Vec<Contact>) {
-        let disc = self.move_to(k, time);
+        let mut disc = self.move_to(k, time);
         let Some(walls) = self.laws.walls else { return };
-        let restitution = self.restitution(walls.restitution, &[k], time);
+        let mut restitution = self.restitution(walls.restitution, &[k], time);
+        if self.laws.gravity.is_some() {
+            // No rounding may leave it a little above the wall, or below: flights are short.
+            disc.position = walls.onto(side, &disc);
+            let slow = disc.velocity.dot(side.normal()) * restitution <= limits::REST_SPEED_MPS;
+            let collapses = restitution != walls.restitution;
+            if self.laws.presses_on(side) && walls.restitution < 1.0 && (slow || collapses) {
+                restitution = 0.0;
+            }
+            self.set_state(k, disc);
+        }
         if let Some(bounce) = bounce(&disc, side, restitution) {
             self.energy.book(-bounce.energy_loss);
-            self.bodies[k].disc.velocity = bounce.velocity;
+            self.set_velocity_of(k, bounce.velocity);
             self.note_contacts(&[k], time, 1);
             contacts.push(Contact {
                 a: disc.id,
@@ -152,8 +171,18 @@ impl Plain {
                 energy_loss: bounce.energy_loss,
                 time: self.now,
             });
+        } else if self.laws.presses_on(side) {
+            self.lay_down(k, side);
         }
         self.predict_again(&[k], time);
+    }
+
+    /// Ends a hop off a wall that is too short for the clock.
+    fn lay_down(&mut self, k: usize, side: Side) {
+        let before = self.bodies[k].disc;
+        let velocity = before.velocity - side.normal() * before.velocity.dot(side.normal());
+        self.set_velocity_of(k, velocity);
+        self.energy.book(self.bodies[k].disc.kinetic_energy() - before.kinetic_energy());
     }
 
     /// The restitution of a contact: elastic for a disc caught in a collapse.
@@ -208,7 +237,8 @@ impl Plain {
     fn note_overlap(&mut self, i: usize, j: usize) {
         let (a, b) = (&self.bodies[i], &self.bodies[j]);
         if a.is_simulated() && b.is_simulated() {
-            let overlap = -gap(&a.disc, &b.disc) / a.disc.radius.min(b.disc.radius);
+            let near = self.laws.near(a.disc.position, b.disc);
+            let overlap = -gap(&a.disc, &near) / a.disc.radius.min(b.disc.radius);
             self.largest_overlap = self.largest_overlap.max(overlap);
         }
     }

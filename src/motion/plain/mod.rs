@@ -14,6 +14,14 @@
 //! collapse ends (after Luding, McNamara, doi:10.1007/s100350050017, who allow no such contact to
 //! lose energy: that would throw a disc out of a corner). An arena that still cannot leave an
 //! instant is stalled, and says so.
+//!
+//! Under gravity discs fly along parabolas: two that fall see each other fly straight, so only
+//! walls, and pairs of which one does not fall (fixed, observed or at rest), need other times. A
+//! disc that comes to rest on a wall has no more events there. Discs that lie on discs go on
+//! colliding, as often as the contact time allows: heaps are too slow to be of use.
+//!
+//! In a periodic box a pair is looked at as the nearest image of one sees the other. That is right
+//! until another image could come near: at that time a disc's event is to look again.
 
 mod contacts;
 mod predict;
@@ -25,7 +33,7 @@ use glam::DVec2;
 use super::clock::Clock;
 use super::energy::EnergyAccount;
 use crate::exact::RunningSum;
-use crate::world::{Contact, Disc, DiscId, Owner, Side, Walls, limits};
+use crate::world::{Contact, Disc, DiscId, Owner, Periodic, Side, Walls, limits};
 
 /// What the discs of an arena obey.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,6 +42,10 @@ pub struct Laws {
     pub restitution: f64,
     /// The box, if there is one.
     pub walls: Option<Walls>,
+    /// The same acceleration of all simulated discs of finite mass, m/s^2; `None` = left out.
+    pub gravity: Option<DVec2>,
+    /// The periodic box, if there is one; not with walls or gravity.
+    pub periodic: Option<Periodic>,
     /// Contact time of the collapse model, s; 0 = left out.
     pub contact_time: f64,
     /// Whether lengths or speeds are so large or small that products of four leave the range of
@@ -44,7 +56,50 @@ pub struct Laws {
 impl Default for Laws {
     /// Elastic discs in the free plane.
     fn default() -> Self {
-        Self { restitution: 1.0, walls: None, contact_time: 0.0, extreme_units: false }
+        Self {
+            restitution: 1.0,
+            walls: None,
+            gravity: None,
+            periodic: None,
+            contact_time: 0.0,
+            extreme_units: false,
+        }
+    }
+}
+
+impl Laws {
+    /// What gravity does to a disc: nothing along the normal of a wall on which the disc lies
+    /// still and is pressed.
+    fn acceleration(&self, gravity: DVec2, disc: &Disc) -> DVec2 {
+        let Some(walls) = self.walls else { return gravity };
+        let rests = |side: Side| {
+            let normal = side.normal();
+            let lies = walls.gap(side, disc) <= 0.0 || walls.onto(side, disc) == disc.position;
+            lies && gravity.dot(normal) > 0.0 && disc.velocity.dot(normal) == 0.0
+        };
+        let along = |low, high, pull: f64| if rests(low) || rests(high) { 0.0 } else { pull };
+        DVec2::new(
+            along(Side::Left, Side::Right, gravity.x),
+            along(Side::Bottom, Side::Top, gravity.y),
+        )
+    }
+
+    /// A disc as the periodic box shows it.
+    fn inside(&self, disc: Disc) -> Disc {
+        let Some(periodic) = self.periodic else { return disc };
+        Disc { position: periodic.inside(disc.position), ..disc }
+    }
+
+    /// The image of a disc that is nearest to a place.
+    fn near(&self, place: DVec2, disc: Disc) -> Disc {
+        let Some(periodic) = self.periodic else { return disc };
+        let shift = periodic.shift(disc.position - place);
+        Disc { position: disc.position + shift, ..disc }
+    }
+
+    /// Whether gravity presses discs on this wall.
+    fn presses_on(&self, side: Side) -> bool {
+        self.gravity.is_some_and(|gravity| gravity.dot(side.normal()) > 0.0)
     }
 }
 
@@ -83,7 +138,9 @@ pub struct Plain {
 struct Body {
     disc: Disc,
     owner: Owner,
-    /// Offset at which `disc.position` holds, s.
+    /// Acceleration between its events, m/s^2: none for fixed, observed and resting discs.
+    acceleration: DVec2,
+    /// Offset at which `disc` holds, s.
     own_time: f64,
     /// Offset of its last contact, s.
     last_contact: f64,
@@ -92,12 +149,27 @@ struct Body {
 }
 
 impl Body {
-    fn position(&self, offset: f64) -> DVec2 {
-        self.disc.position + self.disc.velocity * (offset - self.own_time)
+    fn at(&self, offset: f64) -> Disc {
+        let wait = offset - self.own_time;
+        if self.acceleration == DVec2::ZERO {
+            let position = self.disc.position + self.disc.velocity * wait;
+            return Disc { position, ..self.disc };
+        }
+        let position = self.disc.position + self.fall(wait);
+        Disc { position, velocity: self.disc.velocity + self.acceleration * wait, ..self.disc }
     }
 
-    fn at(&self, offset: f64) -> Disc {
-        Disc { position: self.position(offset), ..self.disc }
+    /// How far it comes under its acceleration.
+    fn fall(&self, wait: f64) -> DVec2 {
+        (self.disc.velocity + 0.5 * self.acceleration * wait) * wait
+    }
+
+    /// What gravity does to its kinetic energy on the way to an offset, J.
+    fn work_until(&self, offset: f64) -> f64 {
+        if self.acceleration == DVec2::ZERO {
+            return 0.0;
+        }
+        self.disc.mass * self.acceleration.dot(self.fall(offset - self.own_time))
     }
 
     fn is_simulated(&self) -> bool {
@@ -136,6 +208,8 @@ enum With {
     Nothing,
     Body(usize),
     Wall(Side),
+    /// Nobody: the nearest images may be others from now on.
+    Renew,
 }
 
 /// What counts as one instant, in epochs. Even a disc thrown to and fro between two a million times
@@ -172,18 +246,22 @@ impl Plain {
     /// The discs of one owner as they are now, in the order in which they came.
     pub fn discs(&self, owner: Owner) -> impl Iterator<Item = Disc> + '_ {
         let offset = self.clock.offset(self.now);
-        self.bodies.iter().filter(move |body| body.owner == owner).map(move |body| body.at(offset))
+        let bodies = self.bodies.iter().filter(move |body| body.owner == owner);
+        bodies.map(move |body| self.laws.inside(body.at(offset)))
     }
 
     /// Kinetic energy of the simulated discs, J.
     pub fn kinetic_energy(&self) -> f64 {
-        let simulated = self.bodies.iter().filter(|body| body.is_simulated());
-        simulated.map(|body| body.disc.kinetic_energy()).collect::<RunningSum>().value()
+        let discs = self.discs(Owner::Simulated);
+        discs.map(|disc| disc.kinetic_energy()).collect::<RunningSum>().value()
     }
 
     /// Signed relative energy error, with all work accounted for.
     pub fn relative_energy_drift(&self) -> f64 {
-        self.energy.relative_drift(self.kinetic_energy())
+        let offset = self.clock.offset(self.now);
+        let mut account = self.energy;
+        self.bodies.iter().for_each(|body| account.book(body.work_until(offset)));
+        account.relative_drift(self.kinetic_energy())
     }
 
     /// Largest overlap of a simulated pair at any contact, in units of the smaller radius.
@@ -260,8 +338,12 @@ impl Plain {
     fn push(&mut self, disc: Disc, owner: Owner) {
         let own_time = self.clock.offset(self.now);
         let last_contact = f64::NEG_INFINITY;
-        self.bodies.push(Body { disc, owner, own_time, last_contact, quick_contacts: 0 });
+        let acceleration = DVec2::ZERO;
+        let quick_contacts = 0;
+        let body = Body { disc, owner, acceleration, own_time, last_contact, quick_contacts };
+        self.bodies.push(body);
         self.next.push(NEVER);
+        self.set_state(self.bodies.len() - 1, disc);
         if owner == Owner::Simulated {
             self.energy.book(disc.kinetic_energy());
         }
@@ -297,9 +379,25 @@ impl Plain {
     /// Brings a body to an offset; returns it.
     fn move_to(&mut self, k: usize, offset: f64) -> Disc {
         let body = &mut self.bodies[k];
-        body.disc.position = body.position(offset);
+        if body.acceleration != DVec2::ZERO {
+            self.energy.book(body.work_until(offset));
+        }
+        body.disc = self.laws.inside(body.at(offset));
         body.own_time = offset;
         body.disc
+    }
+
+    /// Gives a body its state at its own time.
+    fn set_state(&mut self, k: usize, disc: Disc) {
+        let body = &mut self.bodies[k];
+        body.disc = disc;
+        if let Some(gravity) = self.laws.gravity.filter(|_| body.is_closed()) {
+            body.acceleration = self.laws.acceleration(gravity, &disc);
+        }
+    }
+
+    fn set_velocity_of(&mut self, k: usize, velocity: DVec2) {
+        self.set_state(k, Disc { velocity, ..self.bodies[k].disc });
     }
 
     fn move_to_now(&mut self, k: usize) -> Disc {
@@ -310,7 +408,7 @@ impl Plain {
 
     /// Gives a body that stands at the present a new state.
     fn replace(&mut self, k: usize, disc: Disc) {
-        self.bodies[k].disc = disc;
+        self.set_state(k, disc);
         self.predict_again(&[k], self.clock.offset(self.now));
     }
 

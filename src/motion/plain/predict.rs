@@ -1,10 +1,13 @@
 //! What comes next for a body: the earliest of all meetings with others and with the walls.
 
+use glam::DVec2;
+
 use super::{Event, NEVER, Plain, With};
+use crate::detect::falling::{Approach, falling_pair_impact, falling_wall_impact};
 use crate::detect::impact::{may_meet_within, pair_impact, pair_impact_at_any_scale, wall_impact};
 use crate::exact::UNIT_ROUNDOFF;
 use crate::resolve::pair::approach;
-use crate::world::Disc;
+use crate::world::{Disc, Periodic, limits};
 
 impl Plain {
     pub(super) fn predict_all(&mut self) {
@@ -31,18 +34,29 @@ impl Plain {
         let disc = body.at(offset);
         let mut first = self.next[k];
         if let Some(walls) = self.laws.walls.filter(|_| body.is_simulated()) {
-            let hit = wall_impact(disc.position, disc.velocity, disc.radius, &walls);
+            let hit = if body.acceleration == DVec2::ZERO {
+                wall_impact(disc.position, disc.velocity, disc.radius, &walls)
+            } else {
+                falling_wall_impact(&disc, body.acceleration, &walls)
+            };
             if let Some(hit) = hit.filter(|hit| offset + hit.time < first.time) {
                 first = Event { time: offset + hit.time, with: With::Wall(hit.side) };
             }
         }
+        // Largest relative velocity and reach seen: how long the nearest images stay the nearest.
+        let (mut fastest, mut widest) = (DVec2::ZERO, 0.0f64);
         for (l, other) in self.bodies.iter().enumerate() {
             if l == k || !body.can_collide_with(other) {
                 continue;
             }
             let latest = first.time.max(self.next[l].time);
-            let (other, extreme) = (other.at(offset), self.laws.extreme_units);
-            let Some(time) = meeting(&disc, &other, latest - offset, extreme) else { continue };
+            let (pull, mut other) = (other.acceleration - body.acceleration, other.at(offset));
+            if self.laws.periodic.is_some() {
+                other = self.laws.near(disc.position, other);
+                fastest = fastest.max((other.velocity - disc.velocity).abs());
+                widest = widest.max(other.radius + disc.radius);
+            }
+            let Some(time) = self.meeting(&disc, &other, pull, latest - offset) else { continue };
             let time = offset + time;
             if time < first.time {
                 first = Event { time, with: With::Body(l) };
@@ -51,23 +65,50 @@ impl Plain {
                 self.next[l] = Event { time, with: With::Body(k) };
             }
         }
+        if let Some(periodic) = self.laws.periodic {
+            let time = offset + valid_for(&periodic, fastest, widest);
+            if time < first.time {
+                first = Event { time, with: With::Renew };
+            }
+        }
         self.next[k] = first;
+    }
+
+    /// Time until two discs collide, s, if that is within the horizon; `pull`: acceleration of the
+    /// second seen from the first, m/s^2.
+    pub(super) fn meeting(&self, a: &Disc, b: &Disc, pull: DVec2, horizon: f64) -> Option<f64> {
+        let (d, w) = (b.position - a.position, b.velocity - a.velocity);
+        let reach = a.radius + b.radius;
+        if self.laws.gravity.is_some() && pull != DVec2::ZERO {
+            // Quick enough for the collapse model to make it a hop: or it would sink in.
+            let quick = 0.25 * self.laws.contact_time;
+            let shortest = if quick > 0.0 { quick } else { limits::PRESSED_CONTACT_S };
+            let next = falling_pair_impact(d, w, pull, reach, shortest);
+            return next.map(|time| match time {
+                Approach::At(time) => time,
+                Approach::Now if approaches_beyond_rounding(a, b) => 0.0,
+                Approach::Now | Approach::Pressed => shortest,
+            });
+        }
+        let time = if self.laws.extreme_units {
+            pair_impact_at_any_scale(d, w, reach)?
+        } else if may_meet_within(d, w, reach, horizon) {
+            pair_impact(d, w, reach)?
+        } else {
+            return None;
+        };
+        // Touching already: the resolver has the last word on whether they approach.
+        (time > 0.0 || approaches_beyond_rounding(a, b)).then_some(time)
     }
 }
 
-/// Time until two discs collide, s, if that is within the horizon.
-pub(super) fn meeting(a: &Disc, b: &Disc, horizon: f64, extreme_units: bool) -> Option<f64> {
-    let (d, w) = (b.position - a.position, b.velocity - a.velocity);
-    let reach = a.radius + b.radius;
-    let time = if extreme_units {
-        pair_impact_at_any_scale(d, w, reach)?
-    } else if may_meet_within(d, w, reach, horizon) {
-        pair_impact(d, w, reach)?
-    } else {
-        return None;
-    };
-    // Touching already: the resolver has the last word on whether they approach.
-    (time > 0.0 || approaches_beyond_rounding(a, b)).then_some(time)
+/// For how long the nearest images of all pairs remain those that touch next, s: at first another
+/// is at least half a box away on one axis, and it must come to the reach. The margin is rounding;
+/// an observed circle too wide for the box may be missed.
+fn valid_for(periodic: &Periodic, fastest: DVec2, widest: f64) -> f64 {
+    let half = 0.5 * periodic.size();
+    let way = (half - widest).max(half / 64.0) * (1.0 - 1e-9);
+    (way / fastest).min_element()
 }
 
 /// Whether two discs in contact approach by more than the rounding of their velocities.
