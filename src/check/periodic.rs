@@ -83,13 +83,14 @@ struct Measured {
     rate: Estimate,
 }
 
-/// Measures so many collisions a disc, after a fifth as many to forget the start.
+/// Measures so many collisions a disc, after a fifth as many, at least 30, to forget the start: at
+/// area fraction 0.4 random places show for some 20.
 fn measure(setup: &Setup, collisions: f64) -> Result<Measured, Stall> {
     let count = setup.discs.len() as f64;
     let mut run = Run::new(setup);
     // kT = m = d = 1: no mean free time is longer than a few hundred.
     let step = 0.05;
-    let forget = (0.2 * collisions).max(10.0) * 0.5 * count;
+    let forget = (0.2 * collisions).max(30.0) * 0.5 * count;
     while (run.pairs as f64) < forget {
         run.pass(run.now() + step)?;
     }
