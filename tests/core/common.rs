@@ -1,6 +1,8 @@
 //! Random numbers and discs that several tests share, always from a seed.
 
-use carom::world::{Disc, Settings, Walls};
+use carom::motion::plain::Plain;
+use carom::plan::Plan;
+use carom::world::{Contact, Disc, Owner, Settings, Walls};
 use glam::DVec2;
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
@@ -103,6 +105,25 @@ pub fn gas(seed: u64, count: usize, side: f64, radius: (f64, f64), mass: (f64, f
 pub fn box_settings(side: f64, restitution: f64) -> Settings {
     let walls = Walls { min: DVec2::ZERO, max: DVec2::splat(side), restitution };
     Settings { restitution, walls: Some(walls), ..Settings::default() }
+}
+
+/// An arena with what the plan decides for it.
+pub fn arena(settings: &Settings, discs: &[Disc]) -> Plain {
+    let plan = Plan::of(settings, discs);
+    Plain::new(plan.laws(settings), discs, plan.epoch)
+}
+
+/// Runs to the end, however many turns that takes.
+pub fn run(arena: &mut Plain, until: f64) -> Vec<Contact> {
+    let mut contacts = Vec::new();
+    while arena.now() < until {
+        arena.advance(until, &mut contacts).expect("no stall");
+    }
+    contacts
+}
+
+pub fn states(arena: &Plain) -> Vec<Disc> {
+    arena.discs(Owner::Simulated).collect()
 }
 
 pub fn momentum(discs: &[Disc]) -> DVec2 {

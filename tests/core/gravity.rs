@@ -1,29 +1,10 @@
 //! Gravity: parabolas, rest on walls, work in the account, and a judge that steps in time.
 
 use carom::detect::falling::{Approach, falling_pair_impact};
-use carom::motion::plain::Plain;
-use carom::plan::Plan;
-use carom::world::{Contact, Disc, Owner, Partner, Settings, Walls};
+use carom::world::{Partner, Settings, Walls};
 use glam::DVec2;
 
-use crate::common::{Random, box_settings, disc, gas};
-
-fn arena(settings: &Settings, discs: &[Disc]) -> Plain {
-    let plan = Plan::of(settings, discs);
-    Plain::new(plan.laws(settings), discs, plan.epoch)
-}
-
-fn run(arena: &mut Plain, until: f64) -> Vec<Contact> {
-    let mut contacts = Vec::new();
-    while arena.now() < until {
-        arena.advance(until, &mut contacts).expect("no stall");
-    }
-    contacts
-}
-
-fn states(arena: &Plain) -> Vec<Disc> {
-    arena.discs(Owner::Simulated).collect()
-}
+use crate::common::{Random, arena, box_settings, disc, gas, run, states};
 
 fn tilted(side: f64, restitution: f64, gravity: [f64; 2]) -> Settings {
     Settings { gravity: Some(DVec2::from_array(gravity)), ..box_settings(side, restitution) }

@@ -1,29 +1,12 @@
 //! Motion: exact solutions, conservation, symmetry, and a judge that is plainer still.
 
 use carom::detect::impact::{pair_impact, wall_impact};
-use carom::motion::plain::{Laws, Plain};
+use carom::motion::plain::Laws;
 use carom::resolve::{pair, wall};
-use carom::world::{Contact, Disc, Owner, Partner, Settings, Walls};
+use carom::world::{Disc, Partner, Settings, Walls};
 use glam::DVec2;
 
-use crate::common::{Random, box_settings, disc, energy, gas, momentum};
-
-fn arena(settings: &Settings, discs: &[Disc]) -> Plain {
-    let plan = carom::plan::Plan::of(settings, discs);
-    Plain::new(plan.laws(settings), discs, plan.epoch)
-}
-
-fn run(arena: &mut Plain, until: f64) -> Vec<Contact> {
-    let mut contacts = Vec::new();
-    while arena.now() < until {
-        arena.advance(until, &mut contacts).expect("no stall");
-    }
-    contacts
-}
-
-fn states(arena: &Plain) -> Vec<Disc> {
-    arena.discs(Owner::Simulated).collect()
-}
+use crate::common::{Random, arena, box_settings, disc, energy, gas, momentum, run, states};
 
 fn dense_gas(seed: u64) -> Vec<Disc> {
     gas(seed, 20, 8.0, (0.3, 0.6), (0.5, 3.0))
