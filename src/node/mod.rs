@@ -332,8 +332,10 @@ impl<'a> Runner<'a> {
     /// Brings the arena to the present and gives it the command there.
     fn command(&mut self, command: Command) -> Outcome {
         let present = self.pace.due(Instant::now()).min(self.next_tick());
-        let before = self.step(&[], present);
-        self.arena_outcome(&before);
+        if self.world.arena().is_some() {
+            let before = self.step(&[], present);
+            self.arena_outcome(&before);
+        }
         let outcome = self.step(&[command], present);
         self.arena_outcome(&outcome);
         outcome

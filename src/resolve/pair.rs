@@ -107,6 +107,14 @@ fn approach_along(d: DVec2, w: DVec2, near_grazing: impl FnOnce() -> f64) -> Opt
     (along < 0.0).then(|| (d / distance, -along / distance))
 }
 
+/// The approach speed, m/s, up to which it may be nothing but the rounding of the velocities.
+///
+/// A contact that slow would be answered by velocities that differ from it by as much: discs at
+/// rest on each other would collide for ever.
+pub fn rounding_speed(a: &Disc, b: &Disc) -> f64 {
+    4.0 * UNIT_ROUNDOFF * (a.velocity.length() + b.velocity.length())
+}
+
 /// `w.d` from the coordinates as given, without rounding their differences first.
 fn approach_near_grazing(a: &Disc, b: &Disc, length_unit: f64, speed_unit: f64) -> f64 {
     let difference = |b: f64, a: f64, unit: f64| DoubleDouble::sum(b / unit, -a / unit);

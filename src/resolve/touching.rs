@@ -11,11 +11,10 @@
 
 use glam::DVec2;
 
-use super::pair::{Impact, approach, collide};
+use super::pair::{Impact, approach, collide, rounding_speed};
 use super::simultaneous::{Blow, Reflector, Touching};
 use crate::detect::Pair;
 use crate::detect::touching::gap;
-use crate::exact::UNIT_ROUNDOFF;
 use crate::world::{Contact, Disc, Partner, limits};
 
 /// What became of touching pairs.
@@ -108,8 +107,7 @@ impl<'a> Cluster<'a> {
             let (a, b) = (&self.discs[i], &self.discs[j]);
             let Some((normal, speed)) = approach(a, b) else { continue };
             // After a first blow, what is left may be the rounding of the velocities.
-            let settled = self.contact_of[pair].is_some()
-                && speed <= 4.0 * UNIT_ROUNDOFF * (a.velocity.length() + b.velocity.length());
+            let settled = self.contact_of[pair].is_some() && speed <= rounding_speed(a, b);
             if !settled && (a.mass.is_finite() || b.mass.is_finite()) {
                 approaching.push(Approaching { root: 0, pair, normal });
             }

@@ -30,16 +30,17 @@ impl Disc {
         if self.mass.is_finite() { 0.5 * self.mass * self.velocity.length_squared() } else { 0.0 }
     }
 
+    /// The fields of `CircleState` that must be finite.
+    fn lengths_and_speeds(&self) -> [(&'static str, f64); 5] {
+        let Self { position, velocity, radius, .. } = *self;
+        let (x, y) = (("x", position.x), ("y", position.y));
+        [x, y, ("vx", velocity.x), ("vy", velocity.y), ("radius", radius)]
+    }
+
     /// The first thing wrong with the numbers, if any: the field and what would be right.
     pub fn defect(&self) -> Option<Defect> {
-        let finite = [
-            ("x", self.position.x),
-            ("y", self.position.y),
-            ("vx", self.velocity.x),
-            ("vy", self.velocity.y),
-            ("radius", self.radius),
-        ];
-        let not_finite = finite.into_iter().find(|(_, value)| !value.is_finite());
+        let not_finite =
+            self.lengths_and_speeds().into_iter().find(|(_, value)| !value.is_finite());
         if let Some((field, value)) = not_finite {
             return Some(Defect { field, value, wanted: "a finite number" });
         }
@@ -57,23 +58,17 @@ impl Disc {
     /// limits within which every result stays finite.
     pub fn refusal(&self) -> Option<Defect> {
         let mass = if self.mass.is_finite() { self.mass } else { 1.0 };
-        let sizes = [
-            ("x", self.position.x),
-            ("y", self.position.y),
-            ("vx", self.velocity.x),
-            ("vy", self.velocity.y),
-            ("radius", self.radius),
-            ("mass", mass),
-        ];
         let too_large = |(_, value): &(_, f64)| value.abs() > limits::SIZE_MAX;
         if let Some(defect) = self.defect() {
             return Some(defect);
         }
-        if let Some((field, value)) = sizes.into_iter().find(too_large) {
+        let mut sizes = self.lengths_and_speeds().into_iter().chain([("mass", mass)]);
+        if let Some((field, value)) = sizes.find(too_large) {
             return Some(Defect { field, value, wanted: "1e60 at most" });
         }
-        let too_small = sizes[4..].iter().find(|(_, value)| *value < limits::SIZE_MIN);
-        too_small.map(|&(field, value)| Defect { field, value, wanted: "1e-60 at least" })
+        let positive = [("radius", self.radius), ("mass", mass)];
+        let too_small = positive.into_iter().find(|(_, value)| *value < limits::SIZE_MIN);
+        too_small.map(|(field, value)| Defect { field, value, wanted: "1e-60 at least" })
     }
 }
 

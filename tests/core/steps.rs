@@ -13,14 +13,7 @@ fn laws(side: f64, restitution: f64) -> Laws {
     Laws { restitution, walls: Some(walls), ..Laws::default() }
 }
 
-const FREE: Laws = Laws {
-    restitution: 1.0,
-    walls: None,
-    gravity: None,
-    periodic: None,
-    contact_time: 0.0,
-    extreme_units: false,
-};
+const FREE: Laws = Laws::FREE;
 
 fn stepping(step: f64) -> Stepping {
     Stepping { step, overlap_sweeps: 0, count_missed: true, broad_phase: BroadPhase::AllPairs }

@@ -53,21 +53,17 @@ pub struct Laws {
     pub extreme_units: bool,
 }
 
-impl Default for Laws {
-    /// Elastic discs in the free plane.
-    fn default() -> Self {
-        Self {
-            restitution: 1.0,
-            walls: None,
-            gravity: None,
-            periodic: None,
-            contact_time: 0.0,
-            extreme_units: false,
-        }
-    }
-}
-
 impl Laws {
+    /// Elastic discs in the free plane.
+    pub const FREE: Self = Self {
+        restitution: 1.0,
+        walls: None,
+        gravity: None,
+        periodic: None,
+        contact_time: 0.0,
+        extreme_units: false,
+    };
+
     /// What gravity does to a disc: nothing along the normal of a wall on which the disc lies
     /// still and is pressed.
     fn acceleration(&self, gravity: DVec2, disc: &Disc) -> DVec2 {
@@ -100,6 +96,12 @@ impl Laws {
     /// Whether gravity presses discs on this wall.
     fn presses_on(&self, side: Side) -> bool {
         self.gravity.is_some_and(|gravity| gravity.dot(side.normal()) > 0.0)
+    }
+}
+
+impl Default for Laws {
+    fn default() -> Self {
+        Self::FREE
     }
 }
 

@@ -5,8 +5,7 @@ use glam::DVec2;
 use super::{Event, NEVER, Plain, With};
 use crate::detect::falling::{Approach, falling_pair_impact, falling_wall_impact};
 use crate::detect::impact::{may_meet_within, pair_impact, pair_impact_at_any_scale, wall_impact};
-use crate::exact::UNIT_ROUNDOFF;
-use crate::resolve::pair::approach;
+use crate::resolve::pair::{approach, rounding_speed};
 use crate::world::{Disc, Periodic, limits};
 
 impl Plain {
@@ -111,11 +110,8 @@ fn valid_for(periodic: &Periodic, fastest: DVec2, widest: f64) -> f64 {
     (way / fastest).min_element()
 }
 
-/// Whether two discs in contact approach by more than the rounding of their velocities.
-///
-/// What is less would be answered by velocities that differ from it by as much: discs at rest on
-/// each other would collide for ever. Such a pair creeps by some 1e-16 of its speed instead.
+/// Whether two discs in contact approach by more than the rounding of their velocities; a pair that
+/// does not creeps by some 1e-16 of its speed instead of colliding.
 fn approaches_beyond_rounding(a: &Disc, b: &Disc) -> bool {
-    let rounding = 4.0 * UNIT_ROUNDOFF * (a.velocity.length() + b.velocity.length());
-    approach(a, b).is_some_and(|(_, speed)| speed > rounding)
+    approach(a, b).is_some_and(|(_, speed)| speed > rounding_speed(a, b))
 }
