@@ -30,6 +30,15 @@ pub fn sum_of_products(a: f64, b: f64, c: f64, d: f64) -> f64 {
     a.mul_add(b, product) + error
 }
 
+/// `a * b + c * d` as a rounded sum and what it leaves out, to about 2^-105.
+#[inline(always)]
+pub fn sum_of_two_products(a: f64, b: f64, c: f64, d: f64) -> (f64, f64) {
+    let (p, p_error) = two_product(a, b);
+    let (q, q_error) = two_product(c, d);
+    let (sum, error) = two_sum(p, q);
+    (sum, error + (p_error + q_error))
+}
+
 /// An unevaluated sum `hi + lo` with `|lo|` at most half an ulp of `hi`: about 106 bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DoubleDouble {

@@ -12,7 +12,9 @@
 use glam::DVec2;
 
 use super::fused;
-use crate::exact::{UNIT_ROUNDOFF, power_of_two_near, sum_of_products, two_product, two_sum};
+use crate::exact::{
+    UNIT_ROUNDOFF, power_of_two_near, sum_of_products, sum_of_two_products, two_product, two_sum,
+};
 use crate::world::{Side, Walls};
 
 /// Time until two discs touch, s from now; 0 = they touch already and approach; `None` = never.
@@ -88,15 +90,6 @@ fn discriminant(d: DVec2, w: DVec2, s: f64) -> Option<f64> {
     let (difference, error) = two_sum(swept2, -cross2);
     let exact = difference + (error + (swept2_rest - cross2_rest));
     (exact >= 0.0).then_some(exact)
-}
-
-/// `a * b + c * d` as a rounded sum and what it leaves out, to about 2^-105.
-#[inline(always)]
-fn sum_of_two_products(a: f64, b: f64, c: f64, d: f64) -> (f64, f64) {
-    let (p, p_error) = two_product(a, b);
-    let (q, q_error) = two_product(c, d);
-    let (sum, error) = two_sum(p, q);
-    (sum, error + (p_error + q_error))
 }
 
 /// Whether the pair could touch within `horizon` seconds: cheap, and never wrongly `false`.

@@ -12,6 +12,8 @@
 
 pub mod plain;
 
+pub mod events;
+
 pub mod steps;
 
 pub mod springs;

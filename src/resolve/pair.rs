@@ -17,7 +17,9 @@
 
 use glam::DVec2;
 
-use crate::exact::{DoubleDouble, UNIT_ROUNDOFF, power_of_two_near, sum_of_products, two_sum};
+use crate::exact::{
+    DoubleDouble, UNIT_ROUNDOFF, power_of_two_near, sum_of_products, sum_of_two_products, two_sum,
+};
 use crate::world::Disc;
 
 /// What a contact changes.
@@ -125,6 +127,34 @@ fn approach_near_grazing(a: &Disc, b: &Disc, length_unit: f64, speed_unit: f64) 
     dx.times(wx).plus(dy.times(wy)).value()
 }
 
+/// The velocity changes of two discs that touch: the law without a unit normal, so without a root.
+///
+/// `d`: position of b seen from a, m; `w`: its velocity seen from a, m/s, with `w.d < 0`. With
+/// `q = w.d / d.d` the changes are `fa (1 + e) q d` and `-fb (1 + e) q d`. `q` is carried as
+/// `hi + lo`: at contact `d.d` is nearly the same number every time, so what its division rounds
+/// away has a mean, and energy would drift (measured: 5e-17 kT a collision without).
+#[inline(always)]
+pub fn exchange(d: DVec2, va: DVec2, vb: DVec2, restitution: f64, share: &MassFractions) -> (DVec2, DVec2) {
+    let (wx, wx_lo) = two_sum(vb.x, -va.x);
+    let (wy, wy_lo) = two_sum(vb.y, -va.y);
+    let (along, along_lo) = sum_of_two_products(d.x, wx, d.y, wy);
+    let along_lo = along_lo + (d.x * wx_lo + d.y * wy_lo);
+    let (square, square_lo) = sum_of_two_products(d.x, d.x, d.y, d.y);
+    let per_square = square.recip();
+    let q = along * per_square;
+    let q_lo = ((-q).mul_add(square, along) + (along_lo - q * square_lo)) * per_square;
+    let both = 1.0 + restitution;
+    let jump = both * q;
+    let jump_lo = both.mul_add(q, -jump) + both * q_lo;
+    let change = |fraction: Fraction| {
+        let k = fraction.hi * jump;
+        let rest = fraction.hi.mul_add(jump_lo, fraction.lo * jump);
+        let k_lo = fraction.hi.mul_add(jump, -k) + rest;
+        DVec2::new(d.x.mul_add(k, d.x * k_lo), d.y.mul_add(k, d.y * k_lo))
+    };
+    (change(share.a), -change(share.b))
+}
+
 /// The share of the velocity change that each disc takes, as `hi + lo`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MassFractions {
@@ -145,6 +175,7 @@ pub struct Fraction {
 
 impl MassFractions {
     /// Of two masses above 0, of which at most one is infinite.
+    #[inline]
     pub fn of(mass_a: f64, mass_b: f64) -> Self {
         let whole = |hi| Fraction { hi, lo: 0.0 };
         if mass_a == mass_b {

@@ -1,0 +1,199 @@
+//! The calendar: which disc is due next, for all times of one epoch.
+//!
+//! An epoch is cut into days of a power of two of seconds. A day's entries lie unsorted in chunks
+//! until the day comes; then those that still hold are sorted, and later ones inserted in place
+//! (after Brown 1988, doi:10.1145/63039.63045, and Paul 2007, doi:10.1016/j.jcp.2006.06.042). An
+//! entry is one number: the time within its day above, the disc below, so sorting needs nothing
+//! else. Nothing is ever removed: an entry holds if its disc is still due at that time.
+//!
+//! Never ask here what is due: the engine knows.
+
+/// Entries in a chunk: two cache lines.
+const CHUNK: usize = 16;
+
+/// No chunk.
+const NONE: u32 = u32::MAX;
+
+/// The entries of one epoch.
+#[derive(Clone, Debug)]
+pub struct Calendar {
+    /// Length of a day, s: a power of two.
+    day: f64,
+    per_second: f64,
+    disc_bits: u32,
+    days: Vec<Day>,
+    today: usize,
+    /// Today's entries, latest first.
+    open: Vec<u64>,
+    chunks: Vec<Chunk>,
+    free: u32,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Day {
+    chunk: u32,
+    entries: u32,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Chunk {
+    entries: [u64; CHUNK],
+    next: u32,
+}
+
+const EMPTY: Day = Day { chunk: NONE, entries: 0 };
+
+impl Calendar {
+    /// An empty calendar of so many days, for so many discs. `day` (s) is a power of two.
+    pub fn new(day: f64, days: usize, discs: usize) -> Self {
+        let disc_bits = usize::BITS - discs.max(2).leading_zeros();
+        Self {
+            day,
+            per_second: day.recip(),
+            disc_bits,
+            days: vec![EMPTY; days],
+            today: 0,
+            open: Vec::new(),
+            chunks: Vec::new(),
+            free: NONE,
+        }
+    }
+
+    /// Length of the epoch, s.
+    pub fn epoch(&self) -> f64 {
+        self.day * self.days.len() as f64
+    }
+
+    /// Length of a day, s.
+    pub fn day(&self) -> f64 {
+        self.day
+    }
+
+    /// Starts again at the first day of an empty calendar with other days.
+    pub fn restart(&mut self, day: f64, days: usize) {
+        debug_assert!(self.open.is_empty());
+        (self.day, self.per_second, self.today) = (day, day.recip(), 0);
+        self.days.clear();
+        self.days.resize(days, EMPTY);
+        self.chunks.clear();
+        self.free = NONE;
+    }
+
+    /// When today began, s.
+    pub fn today(&self) -> f64 {
+        self.today as f64 * self.day
+    }
+
+    /// Notes that a disc is due; times beyond the epoch are not noted.
+    #[inline]
+    pub fn insert(&mut self, time: f64, disc: usize) {
+        let scaled = time * self.per_second;
+        let day = scaled as usize;
+        if day > self.today {
+            if day < self.days.len() {
+                self.append(day, self.entry(scaled - day as f64, disc));
+            }
+            return;
+        }
+        // Late for today, and a time that rounded to before it comes first.
+        let entry = self.entry((scaled - self.today as f64).max(0.0), disc);
+        let mut at = self.open.len();
+        self.open.push(entry);
+        while at > 0 && self.open[at - 1] < entry {
+            self.open[at] = self.open[at - 1];
+            at -= 1;
+        }
+        self.open[at] = entry;
+    }
+
+    /// Whether this is the entry of a disc that is due today at `time`.
+    #[inline]
+    pub fn holds(&self, entry: u64, time: f64) -> bool {
+        self.holds_on(self.today, entry, time)
+    }
+
+    fn holds_on(&self, day: usize, entry: u64, time: f64) -> bool {
+        let part = (time * self.per_second - day as f64).max(0.0);
+        part < 1.0 && self.entry(part, self.disc(entry)) == entry
+    }
+
+    /// The disc of an entry.
+    #[inline]
+    pub fn disc(&self, entry: u64) -> usize {
+        (entry & ((1 << self.disc_bits) - 1)) as usize
+    }
+
+    /// Today's entries that are left, the next one last.
+    #[inline]
+    pub fn open(&self) -> &[u64] {
+        &self.open
+    }
+
+    /// Takes the next entry of today out.
+    #[inline]
+    pub fn pop(&mut self) -> Option<u64> {
+        self.open.pop()
+    }
+
+    /// Whether today is the last day.
+    pub fn is_last_day(&self) -> bool {
+        self.today + 1 == self.days.len()
+    }
+
+    /// When tomorrow begins, s.
+    pub fn tomorrow(&self) -> f64 {
+        (self.today + 1) as f64 * self.day
+    }
+
+    /// Goes on to the next day and sorts those of its entries that hold. `due` is the time at
+    /// which a disc is due.
+    pub fn next_day(&mut self, due: impl Fn(usize) -> f64) {
+        debug_assert!(self.open.is_empty());
+        self.today += 1;
+        let Day { mut chunk, entries } = std::mem::replace(&mut self.days[self.today], EMPTY);
+        if entries == 0 {
+            return;
+        }
+        self.open.resize(entries as usize, 0);
+        let (mut kept, mut used) = (0, (entries as usize - 1) % CHUNK + 1);
+        while chunk != NONE {
+            let Chunk { entries, next } = self.chunks[chunk as usize];
+            for &entry in &entries[..used] {
+                self.open[kept] = entry;
+                kept += usize::from(self.holds(entry, due(self.disc(entry))));
+            }
+            used = CHUNK;
+            self.chunks[chunk as usize].next = self.free;
+            self.free = chunk;
+            chunk = next;
+        }
+        self.open.truncate(kept);
+        self.open.sort_unstable_by(|a, b| b.cmp(a));
+    }
+
+    #[inline]
+    fn entry(&self, part_of_day: f64, disc: usize) -> u64 {
+        let steps = (1u64 << (63 - self.disc_bits)) as f64;
+        (((part_of_day * steps) as u64) << self.disc_bits) | disc as u64
+    }
+
+    #[inline]
+    fn append(&mut self, day: usize, entry: u64) {
+        let Day { chunk, entries } = self.days[day];
+        let at = entries as usize % CHUNK;
+        let chunk = if at == 0 { self.new_chunk(chunk) } else { chunk };
+        self.chunks[chunk as usize].entries[at] = entry;
+        self.days[day] = Day { chunk, entries: entries + 1 };
+    }
+
+    fn new_chunk(&mut self, next: u32) -> u32 {
+        if self.free == NONE {
+            self.chunks.push(Chunk { entries: [0; CHUNK], next });
+            return (self.chunks.len() - 1) as u32;
+        }
+        let chunk = self.free;
+        self.free = self.chunks[chunk as usize].next;
+        self.chunks[chunk as usize].next = next;
+        chunk
+    }
+}
