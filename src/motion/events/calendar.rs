@@ -21,6 +21,8 @@ pub struct Calendar {
     day: f64,
     per_second: f64,
     disc_bits: u32,
+    /// In which a day is counted.
+    steps: f64,
     days: Vec<Day>,
     today: usize,
     /// Today's entries, latest first.
@@ -51,6 +53,7 @@ impl Calendar {
             day,
             per_second: day.recip(),
             disc_bits,
+            steps: (1u64 << (63 - disc_bits)) as f64,
             days: vec![EMPTY; days],
             today: 0,
             open: Vec::new(),
@@ -85,10 +88,10 @@ impl Calendar {
     }
 
     /// Notes that a disc is due; times beyond the epoch are not noted.
-    #[inline]
+    #[inline(always)]
     pub fn insert(&mut self, time: f64, disc: usize) {
         let scaled = time * self.per_second;
-        let day = scaled as usize;
+        let day = scaled as i64 as usize;
         if day > self.today {
             if day < self.days.len() {
                 self.append(day, self.entry(scaled - day as f64, disc));
@@ -173,8 +176,7 @@ impl Calendar {
 
     #[inline]
     fn entry(&self, part_of_day: f64, disc: usize) -> u64 {
-        let steps = (1u64 << (63 - self.disc_bits)) as f64;
-        (((part_of_day * steps) as u64) << self.disc_bits) | disc as u64
+        (((part_of_day * self.steps) as i64 as u64) << self.disc_bits) | disc as u64
     }
 
     #[inline]

@@ -14,8 +14,8 @@ use crate::world::Contact;
 /// Who looks, when, and how far away is too near.
 #[derive(Clone, Copy, Debug)]
 pub struct Query {
-    /// The disc's flight.
-    pub flight: Flight,
+    /// The disc that looks.
+    pub disc: usize,
     /// The present, s.
     pub now: f64,
     /// Sum of the radii, m, where all are equal; else the radius of the disc that looks.
@@ -83,7 +83,7 @@ fn has_four() -> bool {
 const WHOLE: f64 = 1.5 * (1u64 << 52) as f64;
 
 fn one_by_one(query: &Query, flights: &[Flight], radii: &[f64], near: &[u32]) -> Meeting {
-    let own = &query.flight;
+    let own = &flights[query.disc];
     let mut found = NOBODY;
     for &with in near {
         let other = &flights[with as usize];
@@ -130,7 +130,7 @@ pub fn prefetch<T>(items: &[T], index: usize) {
 mod avx2 {
     use std::arch::x86_64::*;
 
-    use super::{Contact, Events, Flight, Meeting, Query, Stall, Unit, WHOLE};
+    use super::{Contact, Events, Flight, Meeting, NOBODY, Query, Stall, Unit, WHOLE};
 
     /// Four at a time.
     struct FourByFour;
@@ -172,16 +172,16 @@ mod avx2 {
         radii: &[f64],
         near: &[u32],
     ) -> Meeting {
-        let own = &query.flight;
-        let (x, y) = (_mm256_set1_pd(own.x), _mm256_set1_pd(own.y));
-        let (vx, vy) = (_mm256_set1_pd(own.vx), _mm256_set1_pd(own.vy));
+        let own = row(&flights[query.disc]);
+        let (x, y) = (_mm256_permute4x64_pd::<0x00>(own), _mm256_permute4x64_pd::<0x55>(own));
+        let (vx, vy) = (_mm256_permute4x64_pd::<0xaa>(own), _mm256_permute4x64_pd::<0xff>(own));
         let now = _mm256_set1_pd(query.now);
         let zero = _mm256_setzero_pd();
         let infinity = _mm256_set1_pd(f64::INFINITY);
         let mut s2 = _mm256_set1_pd(query.reach * query.reach);
         let (mut best, mut second) = (infinity, infinity);
-        let (mut best_group, mut group) = (zero, zero);
-        let one = _mm256_set1_pd(1.0);
+        let (mut best_group, mut group) = (_mm256_setzero_si256(), _mm256_setzero_si256());
+        let one = _mm256_set1_epi64x(1);
         for four in near.as_chunks::<4>().0 {
             let [r0, r1, r2, r3] = four.map(|k| row(&flights[k as usize]));
             let (low0, low1) = (_mm256_unpacklo_pd(r0, r1), _mm256_unpacklo_pd(r2, r3));
@@ -219,27 +219,46 @@ mod avx2 {
             let time = _mm256_blendv_pd(infinity, _mm256_add_pd(now, wait), meets);
             second = _mm256_min_pd(second, _mm256_max_pd(time, best));
             let earlier = _mm256_cmp_pd::<_CMP_LT_OQ>(time, best);
-            best_group = _mm256_blendv_pd(best_group, group, earlier);
+            best_group = _mm256_blendv_epi8(best_group, group, _mm256_castpd_si256(earlier));
             best = _mm256_min_pd(time, best);
-            group = _mm256_add_pd(group, one);
+            group = _mm256_add_epi64(group, one);
         }
-        choose(to_array(best), to_array(second), to_array(best_group), near)
+        choose(best, second, best_group, near)
     }
 
     /// The earliest of four lanes, of equals the first in the list.
-    #[inline(always)]
-    fn choose(best: [f64; 4], second: [f64; 4], group: [f64; 4], near: &[u32]) -> Meeting {
-        let mut found = (f64::INFINITY, usize::MAX, f64::INFINITY);
-        for lane in 0..4 {
-            let (time, at) = (best[lane], group[lane] as usize * 4 + lane);
-            let later = time.max(found.0);
-            found.2 = found.2.min(second[lane]).min(later);
-            if time < found.0 || (time == found.0 && at < found.1) {
-                (found.0, found.1) = (time, at);
-            }
+    #[target_feature(enable = "avx2,fma")]
+    #[inline]
+    fn choose(best: __m256d, second: __m256d, group: __m256i, near: &[u32]) -> Meeting {
+        let earliest = least(best);
+        let is_earliest = _mm256_cmp_pd::<_CMP_EQ_OQ>(best, _mm256_set1_pd(earliest));
+        let lanes = _mm256_movemask_pd(is_earliest);
+        if earliest == f64::INFINITY {
+            return NOBODY;
         }
-        let with = if found.0 < f64::INFINITY { near[found.1] } else { u32::MAX };
-        Meeting { time: found.0, with, second: found.2 }
+        if lanes.count_ones() > 1 {
+            return choose_of_equals(best, group, lanes, near);
+        }
+        let lane = lanes.trailing_zeros() as usize & 3;
+        let others = _mm256_blendv_pd(best, _mm256_set1_pd(f64::INFINITY), is_earliest);
+        let with = near[groups(group)[lane] as usize * 4 + lane];
+        Meeting { time: earliest, with, second: least(_mm256_min_pd(second, others)) }
+    }
+
+    #[cold]
+    #[target_feature(enable = "avx2,fma")]
+    fn choose_of_equals(best: __m256d, group: __m256i, lanes: i32, near: &[u32]) -> Meeting {
+        let time = least(best);
+        let equal = (0..4).filter(|lane| lanes & (1 << lane) != 0);
+        let at = equal.map(|lane| groups(group)[lane] as usize * 4 + lane).min();
+        Meeting { time, with: near[at.unwrap_or(0)], second: time }
+    }
+
+    #[target_feature(enable = "avx2,fma")]
+    #[inline]
+    fn least(lanes: __m256d) -> f64 {
+        let halves = _mm_min_pd(_mm256_castpd256_pd128(lanes), _mm256_extractf128_pd::<1>(lanes));
+        _mm_cvtsd_f64(_mm_min_pd(halves, _mm_unpackhi_pd(halves, halves)))
     }
 
     #[target_feature(enable = "avx2,fma")]
@@ -251,10 +270,10 @@ mod avx2 {
 
     #[target_feature(enable = "avx2,fma")]
     #[inline]
-    fn to_array(lanes: __m256d) -> [f64; 4] {
-        let mut array = [0.0; 4];
-        // SAFETY: four doubles fit.
-        unsafe { _mm256_storeu_pd(array.as_mut_ptr(), lanes) };
+    fn groups(lanes: __m256i) -> [u64; 4] {
+        let mut array = [0; 4];
+        // SAFETY: four numbers fit.
+        unsafe { _mm256_storeu_si256(array.as_mut_ptr().cast(), lanes) };
         array
     }
 }

@@ -58,10 +58,11 @@ impl Flight {
     /// The flight after a change of velocity at `now`.
     #[inline]
     fn deflect(&mut self, now: f64, by: DVec2) {
-        self.x -= by.x * now;
-        self.y -= by.y * now;
-        self.vx += by.x;
-        self.vy += by.y;
+        // All four at once: what is written in parts is slow to read whole.
+        let was = [self.x, self.y, self.vx, self.vy];
+        let (by, times) = ([by.x, by.y, by.x, by.y], [-now, -now, 1.0, 1.0]);
+        let [x, y, vx, vy] = std::array::from_fn(|k| was[k] + by[k] * times[k]);
+        *self = Self { x, y, vx, vy };
     }
 
     /// Changes with every contact.

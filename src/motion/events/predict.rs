@@ -65,7 +65,7 @@ impl Events {
         let radius = self.radii.get(k);
         let radii = self.radii.own();
         let query = Query {
-            flight: self.flights[k],
+            disc: k,
             now: self.now,
             reach: if radii.is_empty() { 2.0 * radius } else { radius },
             wrap: self.laws.periodic.filter(|_| outermost).map(|periodic| periodic.size()),
