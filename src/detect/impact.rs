@@ -35,7 +35,7 @@ pub fn pair_impact(d: DVec2, w: DVec2, s: f64) -> Option<f64> {
     fused::pair_impact(d, w, s)
 }
 
-/// [`pair_impact`] of many pairs, to the same bits and in less than half the time; infinite = never.
+/// [`pair_impact`] of many pairs, to the same bits in less than half the time; infinite = never.
 ///
 /// # Panics
 /// Unless there are as many times as pairs.
