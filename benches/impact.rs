@@ -35,7 +35,7 @@ fn main() {
         let [many, one, plain] = times(&pairs[..pairs.len().min(4_096)]);
         let ratio = many / plain;
         println!(
-            "{name:>16} {worst:>10.2} {wrong:>8} {many:>8.2} {one:>8.2} {plain:>8.2} {ratio:>6.2}"
+            "{name:>16} {worst:>10.3} {wrong:>8} {many:>8.2} {one:>8.2} {plain:>8.2} {ratio:>6.2}"
         );
     }
 }
