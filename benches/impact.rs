@@ -1,13 +1,15 @@
 //! What the robust time of impact costs and how exact it is: `cargo bench --bench impact`.
 //!
 //! Six categories of pairs in which plain formulas lose digits. Errors in units of 2^-53 against
-//! 300-bit arithmetic, wrong decisions between hit and miss, and nanoseconds a pair beside the
-//! plain formula in the same run, in turns. With `-- --full`, 2e6 pairs a category.
+//! 300-bit arithmetic, wrong decisions between hit and miss, and nanoseconds a pair: of many side by
+//! side as the engine asks for them, of one by one, and of the plain formula inlined into a loop
+//! over the same pairs, in turns in the same run. The ratio is that of many to plain.
+//! With `-- --full`, 2e6 pairs a category.
 
 use std::hint::black_box;
 use std::time::Instant;
 
-use carom::detect::impact::pair_impact;
+use carom::detect::impact::{Relative, pair_impact, pair_impacts};
 use dashu_float::FBig;
 use dashu_ratio::RBig;
 use glam::DVec2;
@@ -18,23 +20,23 @@ const CATEGORIES: [&str; 6] =
     ["generic", "far", "gap 1e-9..1e-13", "grazing", "far and grazing", "overlapping"];
 const TURNS: usize = 41;
 
-type Pair = (DVec2, DVec2, f64);
-
 fn main() {
     let full = std::env::args().any(|argument| argument == "--full");
     let count = if full { 2_000_000 } else { 20_000 };
     println!("{count} pairs a category");
     println!(
-        "{:>16} {:>10} {:>8} {:>9} {:>9} {:>6}",
-        "", "largest u", "wrong", "robust ns", "plain ns", "ratio"
+        "{:>16} {:>10} {:>8} {:>8} {:>8} {:>8} {:>6}",
+        "", "largest u", "wrong", "many ns", "one ns", "plain ns", "ratio"
     );
     let mut random = Random(Pcg64::seed_from_u64(1));
     for (category, name) in CATEGORIES.iter().enumerate() {
-        let pairs: Vec<Pair> = (0..count).map(|_| pair(category, &mut random)).collect();
+        let pairs: Vec<Relative> = (0..count).map(|_| pair(category, &mut random)).collect();
         let (worst, wrong) = errors(&pairs);
-        let (robust, plain) = times(&pairs[..pairs.len().min(4_096)]);
-        let ratio = robust / plain;
-        println!("{name:>16} {worst:>10.2} {wrong:>8} {robust:>9.2} {plain:>9.2} {ratio:>6.2}");
+        let [many, one, plain] = times(&pairs[..pairs.len().min(4_096)]);
+        let ratio = many / plain;
+        println!(
+            "{name:>16} {worst:>10.3} {wrong:>8} {many:>8.2} {one:>8.2} {plain:>8.2} {ratio:>6.2}"
+        );
     }
 }
 
@@ -51,7 +53,7 @@ impl Random {
 }
 
 /// A pair of a category: position and velocity of the second seen from the first, sum of radii.
-fn pair(category: usize, random: &mut Random) -> Pair {
+fn pair(category: usize, random: &mut Random) -> Relative {
     let s = random.uniform(0.1, 2.0);
     let normal = DVec2::from_angle(random.uniform(0.0, std::f64::consts::TAU));
     let distance = match category {
@@ -66,18 +68,21 @@ fn pair(category: usize, random: &mut Random) -> Pair {
     };
     let sine = (s / distance * sine).clamp(-1.0, 1.0);
     let along = normal.perp() * sine - normal * (1.0 - sine * sine).sqrt();
-    (normal * distance, along * random.uniform(0.1, 3.0), s)
+    Relative { d: normal * distance, w: along * random.uniform(0.1, 3.0), s }
 }
 
 /// Largest relative error in 2^-53, and how often hit and miss were taken for each other.
-fn errors(pairs: &[Pair]) -> (f64, usize) {
+fn errors(pairs: &[Relative]) -> (f64, usize) {
     let (mut worst, mut wrong) = (0.0f64, 0);
-    for &(d, w, s) in pairs {
-        match (pair_impact(d, w, s), exact(d, w, s)) {
-            (Some(t), Some(exact)) if exact > 0.0 => {
+    let mut times = vec![0.0; pairs.len()];
+    pair_impacts(pairs, &mut times);
+    for (&Relative { d, w, s }, &t) in pairs.iter().zip(&times) {
+        assert_eq!(t.to_bits(), pair_impact(d, w, s).unwrap_or(f64::INFINITY).to_bits());
+        match exact(d, w, s) {
+            Some(exact) if exact > 0.0 && t.is_finite() => {
                 worst = worst.max((t - exact).abs() / exact * 2f64.powi(53));
             }
-            (computed, exact) => wrong += usize::from(computed != exact),
+            exact => wrong += usize::from(t != exact.unwrap_or(f64::INFINITY)),
         }
     }
     (worst, wrong)
@@ -117,24 +122,29 @@ fn plain(d: DVec2, w: DVec2, s: f64) -> Option<f64> {
     (discriminant >= 0.0).then(|| c / (discriminant.sqrt() - b))
 }
 
-/// Median nanoseconds a pair: robust, plain.
-fn times(pairs: &[Pair]) -> (f64, f64) {
-    let (mut robust, mut yardstick) = (Vec::new(), Vec::new());
+/// Median nanoseconds a pair: robust, of many and of one by one, and plain.
+fn times(pairs: &[Relative]) -> [f64; 3] {
+    let mut times = vec![0.0; pairs.len()];
+    let mut turns: [Vec<f64>; 3] = Default::default();
     for _ in 0..TURNS {
-        robust.push(time(pairs, pair_impact));
-        yardstick.push(time(pairs, plain));
+        turns[0].push(time(pairs.len(), || pair_impacts(black_box(pairs), black_box(&mut times))));
+        turns[1].push(time(pairs.len(), || one_by_one(pairs, pair_impact)));
+        turns[2].push(time(pairs.len(), || one_by_one(pairs, plain)));
     }
-    (median(robust), median(yardstick))
+    turns.map(median)
 }
 
-fn time(pairs: &[Pair], formula: impl Fn(DVec2, DVec2, f64) -> Option<f64>) -> f64 {
-    let start = Instant::now();
-    for _ in 0..16 {
-        for &(d, w, s) in pairs {
-            black_box(formula(d, w, s));
-        }
+#[inline(always)]
+fn one_by_one(pairs: &[Relative], formula: impl Fn(DVec2, DVec2, f64) -> Option<f64>) {
+    for &Relative { d, w, s } in pairs {
+        black_box(formula(d, w, s));
     }
-    start.elapsed().as_secs_f64() * 1e9 / (16 * pairs.len()) as f64
+}
+
+fn time(count: usize, mut all: impl FnMut()) -> f64 {
+    let start = Instant::now();
+    (0..16).for_each(|_| all());
+    start.elapsed().as_secs_f64() * 1e9 / (16 * count) as f64
 }
 
 fn median(mut times: Vec<f64>) -> f64 {

@@ -2,7 +2,8 @@
 //!
 //! [`touching`] is the exact predicate for one pair. [`all_pairs`] and [`grid`] list the touching
 //! pairs of many discs: the first is plain and the judge of the second. [`impact`] is the time of
-//! impact, [`falling`] the same under gravity. Nothing here changes a velocity or a position.
+//! impact, of one pair or of many side by side, [`falling`] the same under gravity. Nothing here
+//! changes a velocity or a position.
 
 pub mod touching;
 
@@ -13,6 +14,8 @@ pub mod grid;
 pub mod impact;
 
 pub mod fused;
+
+mod side_by_side;
 
 pub mod falling;
 

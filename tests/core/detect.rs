@@ -1,6 +1,6 @@
 //! Detection against its judges: exact rationals, and all pairs.
 
-use carom::detect::impact::{may_meet_within, pair_impact, wall_impact};
+use carom::detect::impact::{Relative, may_meet_within, pair_impact, pair_impacts, wall_impact};
 use carom::detect::touching::{gap, overlap, touch};
 use carom::detect::{TooManyPairs, all_pairs, fused, grid};
 use carom::world::{Disc, Side, Walls};
@@ -194,6 +194,31 @@ fn both_kinds_of_processor_give_the_same_bits() {
         let (d, w, s) = impact_case(k % 6, &mut random);
         let [plain, fused] = [fused::without_fused_operations(d, w, s), pair_impact(d, w, s)];
         assert_eq!(plain.map(f64::to_bits), fused.map(f64::to_bits));
+    }
+}
+
+#[test]
+fn many_pairs_get_the_bits_of_each_alone() {
+    let mut random = Random::new(7);
+    for count in (0..2_000).map(|k| k % 60) {
+        let mut pairs: Vec<Relative> = (0..count)
+            .map(|_| {
+                let (d, w, s) = impact_case(random.uniform(0.0, 6.0) as usize, &mut random);
+                Relative { d, w: if random.uniform(0.0, 1.0) < 0.2 { -w } else { w }, s }
+            })
+            .collect();
+        // Numbers out of range give what they give alone, and disturb no neighbour.
+        if let Some(pair) = pairs.get_mut(13) {
+            pair.d.x = [f64::NAN, f64::INFINITY, 1e200, 1e-200, 0.0][count % 5];
+        }
+        let (mut wide, mut plain) = (vec![1.0; count], vec![2.0; count]);
+        pair_impacts(&pairs, &mut wide);
+        fused::one_by_one(&pairs, &mut plain);
+        for (pair, (wide, plain)) in pairs.iter().zip(wide.iter().zip(&plain)) {
+            let alone = pair_impact(pair.d, pair.w, pair.s).unwrap_or(f64::INFINITY);
+            let same = |t: f64| t.to_bits() == alone.to_bits() || t.is_nan() && alone.is_nan();
+            assert!(same(*wide) && same(*plain), "{pair:?}: {wide}, {plain}, alone {alone}");
+        }
     }
 }
 

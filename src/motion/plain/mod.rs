@@ -23,6 +23,7 @@
 //! In a periodic box a pair is looked at as the nearest image of one sees the other. That is right
 //! until another image could come near: at that time a disc's event is to look again.
 
+mod ahead;
 mod contacts;
 mod predict;
 

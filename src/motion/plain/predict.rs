@@ -2,6 +2,7 @@
 
 use glam::DVec2;
 
+use super::ahead::Ahead;
 use super::{Event, NEVER, Plain, With};
 use crate::detect::falling::{Approach, falling_pair_impact, falling_wall_impact};
 use crate::detect::impact::{may_meet_within, pair_impact, pair_impact_at_any_scale, wall_impact};
@@ -42,19 +43,17 @@ impl Plain {
                 first = Event { time: offset + hit.time, with: With::Wall(hit.side) };
             }
         }
-        // Largest relative velocity and reach seen: how long the nearest images stay the nearest.
-        let (mut fastest, mut widest) = (DVec2::ZERO, 0.0f64);
+        let mut ahead = Ahead::new();
         for (l, other) in self.bodies.iter().enumerate() {
+            let latest = first.time.max(self.next[l].time);
+            if offset + ahead.time(self, k, l, offset) >= latest {
+                continue;
+            }
             if l == k || !body.can_collide_with(other) {
                 continue;
             }
-            let latest = first.time.max(self.next[l].time);
-            let (pull, mut other) = (other.acceleration - body.acceleration, other.at(offset));
-            if self.laws.periodic.is_some() {
-                other = self.laws.near(disc.position, other);
-                fastest = fastest.max((other.velocity - disc.velocity).abs());
-                widest = widest.max(other.radius + disc.radius);
-            }
+            let (pull, other) = (other.acceleration - body.acceleration, other.at(offset));
+            let other = self.laws.near(disc.position, other);
             let Some(time) = self.meeting(&disc, &other, pull, latest - offset) else { continue };
             let time = offset + time;
             if time < first.time {
@@ -65,7 +64,8 @@ impl Plain {
             }
         }
         if let Some(periodic) = self.laws.periodic {
-            let time = offset + valid_for(&periodic, fastest, widest);
+            // How long the nearest images stay the nearest.
+            let time = offset + valid_for(&periodic, ahead.fastest, ahead.widest);
             if time < first.time {
                 first = Event { time, with: With::Renew };
             }
