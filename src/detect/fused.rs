@@ -4,7 +4,7 @@
 //! The plain x86-64 instruction set has no fused operation, so each would be a call; on the
 //! processors of the last decade it is one instruction, and four pairs fit a register. The bits are
 //! the same, which a test holds. Never put a formula here, and never ask the processor for each of
-//! many pairs. The only file with unsafe code: it calls what the processor was asked for just
+//! many pairs. One of two files with unsafe code: it calls what the processor was asked for just
 //! before.
 #![allow(unsafe_code, reason = "measured: two to four times as fast, cargo bench --bench impact")]
 

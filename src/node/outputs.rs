@@ -4,7 +4,7 @@
 use super::complaints::Complaints;
 use super::dds::{DdsError, Listeners, Publisher, Ros, RosMessage};
 use crate::messages::{CircleStates, CircleVelocities, Contacts, Header, Time};
-use crate::motion::plain::Plain;
+use crate::motion::arena::Arena;
 use crate::publish;
 use crate::world::{Answer, Outcome, Owner};
 
@@ -44,7 +44,7 @@ impl Outputs {
     }
 
     /// The arena's contacts, and what they ask of observed circles.
-    pub fn arena_outcome(&mut self, arena: &Plain, outcome: &Outcome, complaints: &mut Complaints) {
+    pub fn arena_outcome(&mut self, arena: &Arena, outcome: &Outcome, complaints: &mut Complaints) {
         self.listeners.update();
         if !outcome.corrections.is_empty() {
             self.send(&self.corrected_velocities, complaints, || {
@@ -59,7 +59,7 @@ impl Outputs {
     }
 
     /// The arena as it is now.
-    pub fn arena_states(&self, arena: &Plain, complaints: &mut Complaints) {
+    pub fn arena_states(&self, arena: &Arena, complaints: &mut Complaints) {
         self.send(&self.arena_states, complaints, || {
             publish::arena_states(self.header(arena), arena.discs(Owner::Simulated))
         });
@@ -80,7 +80,7 @@ impl Outputs {
         }
     }
 
-    fn header(&self, arena: &Plain) -> Header {
+    fn header(&self, arena: &Arena) -> Header {
         Header { stamp: Time::from_seconds(arena.now()), frame_id: self.frame_id.clone() }
     }
 }

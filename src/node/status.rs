@@ -3,7 +3,7 @@
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
 
-use crate::motion::plain::Plain;
+use crate::motion::arena::Arena;
 
 /// How often the line is written to a file or a pipe; on a terminal once a second.
 const LOG_PERIOD: Duration = Duration::from_secs(10);
@@ -47,8 +47,8 @@ impl Status {
     }
 
     /// Writes the line about the time since the last one.
-    pub fn write(&mut self, arena: Option<&Plain>, now: Instant) {
-        let time = arena.map_or(0.0, Plain::now);
+    pub fn write(&mut self, arena: Option<&Arena>, now: Instant) {
+        let time = arena.map_or(0.0, Arena::now);
         let contacts = self.contacts(arena);
         let wall = (now - self.last).as_secs_f64();
         let line = self.line(
@@ -66,8 +66,8 @@ impl Status {
     }
 
     /// Writes the last line, about the whole run.
-    pub fn finish(&mut self, arena: Option<&Plain>, now: Instant) {
-        let time = arena.map_or(0.0, Plain::now);
+    pub fn finish(&mut self, arena: Option<&Arena>, now: Instant) {
+        let time = arena.map_or(0.0, Arena::now);
         let wall = (now - self.start).as_secs_f64().max(1e-9);
         let line = self.line(arena, time / wall, self.contacts(arena) as f64 / wall);
         let begin = if self.terminal { "\r\x1b[2K" } else { "" };
@@ -81,11 +81,11 @@ impl Status {
         let _ = writeln!(std::io::stderr(), "{begin}{line}{overlap}");
     }
 
-    fn contacts(&self, arena: Option<&Plain>) -> u64 {
-        self.answered_contacts + arena.map_or(0, Plain::contacts)
+    fn contacts(&self, arena: Option<&Arena>) -> u64 {
+        self.answered_contacts + arena.map_or(0, Arena::contacts)
     }
 
-    fn line(&self, arena: Option<&Plain>, factor: f64, rate: f64) -> String {
+    fn line(&self, arena: Option<&Arena>, factor: f64, rate: f64) -> String {
         match arena {
             Some(arena) => format!(
                 "t = {:.1} s   real-time factor {factor:.2}   {rate:.0} contacts/s   energy drift \

@@ -2,6 +2,7 @@
 
 use glam::DVec2;
 
+use crate::motion::events::Events;
 use crate::motion::plain::{Laws, is_extreme};
 use crate::world::{Disc, Settings};
 
@@ -22,9 +23,21 @@ pub enum BroadPhase {
     Grid,
 }
 
+/// How an arena moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// [`crate::motion::plain`]
+    Plain,
+    /// [`crate::motion::events`]
+    Events,
+}
+
 /// What was decided for one scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plan {
+    /// How the arena moves: all pairs are looked at where they are few, or where a scene needs what
+    /// only that method has.
+    pub method: Method,
     /// Scale of event times, s: radius over speed.
     pub epoch: f64,
     /// Contact time of the collapse model, s; 0 = left out.
@@ -44,11 +57,16 @@ impl Plan {
         let wall = settings.walls.map_or(1.0, |walls| walls.restitution);
         let loses_energy = settings.restitution.min(wall) < 1.0;
         let contact_time = settings.contact_time.unwrap_or(CONTACT_TIME_SCALE * epoch);
-        Self {
+        let mut plan = Self {
+            method: Method::Plain,
             epoch,
             contact_time: if loses_energy { contact_time } else { 0.0 },
             extreme_units: pucks.iter().any(is_extreme),
+        };
+        if pucks.len() > ALL_PAIRS_UP_TO && Events::suits(&plan.laws(settings), pucks) {
+            plan.method = Method::Events;
         }
+        plan
     }
 
     /// The laws of the arena, with the parts that it needs.

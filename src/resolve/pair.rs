@@ -127,14 +127,33 @@ fn approach_near_grazing(a: &Disc, b: &Disc, length_unit: f64, speed_unit: f64) 
     dx.times(wx).plus(dy.times(wy)).value()
 }
 
-/// The velocity changes of two discs that touch: the law without a unit normal, so without a root.
+/// What [`exchange`] gives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Exchange {
+    /// Change of the velocity of a, m/s.
+    pub by_a: DVec2,
+    /// Change of the velocity of b, m/s.
+    pub by_b: DVec2,
+    /// `w.d`, m^2/s; negative = they approach.
+    pub along: f64,
+    /// `d.d`, m^2.
+    pub square: f64,
+}
+
+/// The law of [`collide`] without a unit normal, so without a root: for two discs that touch and
+/// are known to approach.
 ///
-/// `d`: position of b seen from a, m; `w`: its velocity seen from a, m/s, with `w.d < 0`. With
-/// `q = w.d / d.d` the changes are `fa (1 + e) q d` and `-fb (1 + e) q d`. `q` is carried as
-/// `hi + lo`: at contact `d.d` is nearly the same number every time, so what its division rounds
-/// away has a mean, and energy would drift (measured: 5e-17 kT a collision without).
+/// `d`: position of b seen from a, m. With `q = w.d / d.d` the velocities change by
+/// `fa (1 + e) q d` and `-fb (1 + e) q d`. `q` is carried as `hi + lo` from exact products: at
+/// contact `d.d` is nearly the same number every time, so what the division rounds away has a mean,
+/// and energy would drift (measured: 5e-17 kT a collision without, below 1e-19 with).
 #[inline(always)]
-pub fn exchange(d: DVec2, va: DVec2, vb: DVec2, restitution: f64, share: &MassFractions) -> (DVec2, DVec2) {
+pub fn exchange(
+    d: DVec2,
+    (va, vb): (DVec2, DVec2),
+    restitution: f64,
+    share: &MassFractions,
+) -> Exchange {
     let (wx, wx_lo) = two_sum(vb.x, -va.x);
     let (wy, wy_lo) = two_sum(vb.y, -va.y);
     let (along, along_lo) = sum_of_two_products(d.x, wx, d.y, wy);
@@ -152,7 +171,7 @@ pub fn exchange(d: DVec2, va: DVec2, vb: DVec2, restitution: f64, share: &MassFr
         let k_lo = fraction.hi.mul_add(jump, -k) + rest;
         DVec2::new(d.x.mul_add(k, d.x * k_lo), d.y.mul_add(k, d.y * k_lo))
     };
-    (change(share.a), -change(share.b))
+    Exchange { by_a: change(share.a), by_b: -change(share.b), along, square }
 }
 
 /// The share of the velocity change that each disc takes, as `hi + lo`.

@@ -24,13 +24,13 @@ pub use walls::{Side, Walls};
 use glam::DVec2;
 
 use crate::detect::{self, Pair, TooManyPairs};
-use crate::motion::plain::Plain;
+use crate::motion::arena::Arena;
 use crate::plan::Plan;
 use crate::resolve;
 use observed::Observed;
 
 /// Whose word counts for a disc's state.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Owner {
     /// The arena moves it.
     Simulated,
@@ -81,15 +81,14 @@ pub struct World {
     /// Observed circles as the last answer left them: kept for its memory only.
     scratch: Vec<Disc>,
     pucks: HashSet<DiscId>,
-    arena: Option<Plain>,
+    arena: Option<Arena>,
 }
 
 impl World {
     /// A world with these simulated pucks at time 0: sound, with unique ids, none overlapping.
     pub fn new(settings: Settings, pucks: &[Disc]) -> Self {
         let plan = Plan::of(&settings, pucks);
-        let arena =
-            (!pucks.is_empty()).then(|| Plain::new(plan.laws(&settings), pucks, plan.epoch));
+        let arena = (!pucks.is_empty()).then(|| Arena::new(&plan, plan.laws(&settings), pucks));
         let pucks = pucks.iter().map(|puck| puck.id).collect();
         let (observed, scratch) = (Observed::default(), Vec::new());
         Self { settings, plan, observed, scratch, pucks, arena }
@@ -114,7 +113,7 @@ impl World {
     }
 
     /// The arena, if there are simulated pucks.
-    pub fn arena(&self) -> Option<&Plain> {
+    pub fn arena(&self) -> Option<&Arena> {
         self.arena.as_ref()
     }
 

@@ -2,6 +2,7 @@
 
 mod common;
 mod detect;
+mod events;
 mod exact;
 mod gravity;
 mod house;

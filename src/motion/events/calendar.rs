@@ -24,7 +24,8 @@ pub struct Calendar {
     /// In which a day is counted.
     steps: f64,
     days: Vec<Day>,
-    today: usize,
+    /// -1 before the first day.
+    today: i64,
     /// Today's entries, latest first.
     open: Vec<u64>,
     chunks: Vec<Chunk>,
@@ -48,18 +49,25 @@ const EMPTY: Day = Day { chunk: NONE, entries: 0 };
 impl Calendar {
     /// An empty calendar of so many days, for so many discs. `day` (s) is a power of two.
     pub fn new(day: f64, days: usize, discs: usize) -> Self {
-        let disc_bits = usize::BITS - discs.max(2).leading_zeros();
-        Self {
+        let mut calendar = Self {
             day,
             per_second: day.recip(),
-            disc_bits,
-            steps: (1u64 << (63 - disc_bits)) as f64,
+            disc_bits: 0,
+            steps: 0.0,
             days: vec![EMPTY; days],
-            today: 0,
+            today: -1,
             open: Vec::new(),
             chunks: Vec::new(),
             free: NONE,
-        }
+        };
+        calendar.make_room_for(discs);
+        calendar
+    }
+
+    /// Lets entries name so many discs; what is in the calendar no longer holds.
+    pub fn make_room_for(&mut self, discs: usize) {
+        self.disc_bits = usize::BITS - discs.max(2).leading_zeros();
+        self.steps = (1u64 << (63 - self.disc_bits)) as f64;
     }
 
     /// Length of the epoch, s.
@@ -67,34 +75,39 @@ impl Calendar {
         self.day * self.days.len() as f64
     }
 
+    /// Days in the epoch.
+    pub fn days(&self) -> usize {
+        self.days.len()
+    }
+
+    /// When today began, s; the start of the epoch before the first day.
+    pub fn today(&self) -> f64 {
+        self.today.max(0) as f64 * self.day
+    }
+
     /// Length of a day, s.
     pub fn day(&self) -> f64 {
         self.day
     }
 
-    /// Starts again at the first day of an empty calendar with other days.
+    /// Starts again before the first day, with other days and without entries.
     pub fn restart(&mut self, day: f64, days: usize) {
-        debug_assert!(self.open.is_empty());
-        (self.day, self.per_second, self.today) = (day, day.recip(), 0);
+        (self.day, self.per_second, self.today) = (day, day.recip(), -1);
+        self.open.clear();
         self.days.clear();
         self.days.resize(days, EMPTY);
         self.chunks.clear();
         self.free = NONE;
     }
 
-    /// When today began, s.
-    pub fn today(&self) -> f64 {
-        self.today as f64 * self.day
-    }
-
     /// Notes that a disc is due; times beyond the epoch are not noted.
     #[inline(always)]
     pub fn insert(&mut self, time: f64, disc: usize) {
         let scaled = time * self.per_second;
-        let day = scaled as i64 as usize;
+        let day = scaled as i64;
         if day > self.today {
-            if day < self.days.len() {
-                self.append(day, self.entry(scaled - day as f64, disc));
+            if (day as usize) < self.days.len() {
+                self.append(day as usize, self.entry(scaled - day as f64, disc));
             }
             return;
         }
@@ -112,11 +125,7 @@ impl Calendar {
     /// Whether this is the entry of a disc that is due today at `time`.
     #[inline]
     pub fn holds(&self, entry: u64, time: f64) -> bool {
-        self.holds_on(self.today, entry, time)
-    }
-
-    fn holds_on(&self, day: usize, entry: u64, time: f64) -> bool {
-        let part = (time * self.per_second - day as f64).max(0.0);
+        let part = (time * self.per_second - self.today as f64).max(0.0);
         part < 1.0 && self.entry(part, self.disc(entry)) == entry
     }
 
@@ -140,7 +149,7 @@ impl Calendar {
 
     /// Whether today is the last day.
     pub fn is_last_day(&self) -> bool {
-        self.today + 1 == self.days.len()
+        self.today + 1 == self.days.len() as i64
     }
 
     /// When tomorrow begins, s.
@@ -153,7 +162,8 @@ impl Calendar {
     pub fn next_day(&mut self, due: impl Fn(usize) -> f64) {
         debug_assert!(self.open.is_empty());
         self.today += 1;
-        let Day { mut chunk, entries } = std::mem::replace(&mut self.days[self.today], EMPTY);
+        let Day { mut chunk, entries } =
+            std::mem::replace(&mut self.days[self.today as usize], EMPTY);
         if entries == 0 {
             return;
         }

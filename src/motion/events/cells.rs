@@ -8,6 +8,7 @@
 //! A cell holds a fixed number of discs, those beyond it are kept apart: geometry makes them rare.
 
 use std::collections::HashMap;
+use std::ops::Range;
 
 use glam::DVec2;
 
@@ -76,7 +77,8 @@ impl Cells {
         let (columns, rows) = (lines.x as u16, lines.y as u16);
         let width = size / lines;
         // Discs in a cell where they lie as close as they can, and in one of mean density.
-        let most = (width.x + 2.0 * margin + needs.diameter) * (width.y + 2.0 * margin + needs.diameter)
+        let most = (width.x + 2.0 * margin + needs.diameter)
+            * (width.y + 2.0 * margin + needs.diameter)
             / (0.75f64.sqrt() * needs.diameter * needs.diameter);
         let mean = needs.density * width.element_product();
         let size = if most < 5.0 {
@@ -100,20 +102,15 @@ impl Cells {
         }
     }
 
-    /// Numbers in a cell.
-    pub fn size(&self) -> usize {
-        self.size
+    /// Columns or rows, whichever are fewer.
+    pub fn lines_min(&self) -> u16 {
+        self.columns.min(self.rows)
     }
 
     /// All numbers, cell by cell, row by row.
     #[inline]
     pub fn numbers(&self) -> &[u32] {
         &self.numbers
-    }
-
-    /// Bytes held.
-    pub fn bytes(&self) -> usize {
-        self.numbers.capacity() * 4
     }
 
     /// The cell of a position; the nearest one of a position outside.
@@ -158,7 +155,8 @@ impl Cells {
 
     /// The next cell along an axis and what that adds to the position; `None` where the grid ends.
     pub fn neighbour(&self, place: Place, along_x: bool, up: bool) -> Option<(Place, DVec2)> {
-        let (line, lines) = if along_x { (place.column, self.columns) } else { (place.row, self.rows) };
+        let (line, lines) =
+            if along_x { (place.column, self.columns) } else { (place.row, self.rows) };
         let next = if up { line + 1 } else { line - 1 };
         let inside = (1..=lines).contains(&next);
         let to = if inside {
@@ -168,7 +166,8 @@ impl Cells {
         } else {
             lines
         };
-        let moved = if along_x { Place { column: to, ..place } } else { Place { row: to, ..place } };
+        let moved =
+            if along_x { Place { column: to, ..place } } else { Place { row: to, ..place } };
         if inside {
             return Some((moved, DVec2::ZERO));
         }
@@ -185,10 +184,17 @@ impl Cells {
         (usize::from(place.row) * stride + usize::from(place.column)) * self.size
     }
 
-    /// From one row to the next in [`Self::numbers`].
     #[inline]
-    pub fn row_stride(&self) -> usize {
+    fn row_stride(&self) -> usize {
         (usize::from(self.columns) + 2) * self.size
+    }
+
+    /// Where the three rows of three cells around a cell are in [`Self::numbers`].
+    #[inline(always)]
+    pub fn rows_around(&self, place: Place) -> impl Iterator<Item = Range<usize>> {
+        let (stride, width) = (self.row_stride(), 3 * self.size);
+        let corner = self.start(place) - stride - self.size;
+        (0..3).map(move |row| corner + row * stride).map(move |start| start..start + width)
     }
 
     /// Puts a disc into a cell.
@@ -199,12 +205,6 @@ impl Cells {
     /// Takes a disc out of its cell.
     pub fn remove(&mut self, place: Place, disc: u32) {
         self.for_each_image(place, |cells, start| cells.remove_at(start, disc));
-    }
-
-    /// Gives a disc of a cell another number.
-    pub fn rename(&mut self, place: Place, disc: u32, name: u32) {
-        self.remove(place, disc);
-        self.add(place, name);
     }
 
     fn for_each_image(&mut self, place: Place, mut act: impl FnMut(&mut Self, usize)) {

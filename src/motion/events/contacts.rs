@@ -1,66 +1,172 @@
-//! What happens at an event: a contact is resolved, or found out of date.
+//! What happens when a disc is due for a contact: that is resolved, or found out of date.
 
 use glam::DVec2;
 
 use super::lanes::{Unit, prefetch};
 use super::predict::SIDES;
-use super::{Due, Events, TIE, WALL};
-use crate::resolve::pair::{MassFractions, exchange};
+use super::{Due, Events, Last, SAME_INSTANT, TIE, WALL};
+use crate::motion::Witness;
+use crate::resolve::pair::{Exchange, MassFractions, exchange};
 use crate::resolve::wall::bounce;
-use crate::world::{Contact, Partner, Side};
+use crate::world::{Contact, Disc, Owner, Partner, Side, limits};
+
+/// By how much the square of a distance may differ from contact, in its own units: beyond it, a
+/// partner was moved from outside.
+const OUT_OF_TOUCH: f64 = 1e-6;
 
 impl Events {
     /// The contact that a disc is due for.
     #[inline(always)]
-    pub(super) fn meet<U: Unit>(&mut self, k: usize, due: Due, contacts: &mut Vec<Contact>) {
+    pub(super) fn meet<U: Unit>(&mut self, k: usize, due: Due, witness: &mut impl Witness) {
         let partner = due.partner & !TIE;
         if partner >= WALL {
-            self.bounce_off::<U>(k, SIDES[(partner & 3) as usize], contacts);
-        } else if self.flights[partner as usize].stamp() == due.stamp {
-            self.collide::<U>(k, partner as usize, contacts);
+            self.bounce_off::<U>(k, SIDES[(partner & 3) as usize], witness);
+        } else if self.flights[partner as usize].stamp() != due.stamp {
+            self.renew::<U>(k, f64::NAN);
+        } else if (due.partner | self.dues[partner as usize].partner) & TIE != 0
+            || self.is_crowded(k, partner as usize)
+        {
+            self.collide_together::<U>(k, partner as usize, witness);
         } else {
-            self.predict::<U>(k);
-            self.calendar.insert(self.dues[k].time(), k);
+            self.collide::<U>(k, partner as usize, witness);
         }
     }
 
+    /// Whether another disc than these two has a contact at this instant.
     #[inline(always)]
-    fn collide<U: Unit>(&mut self, i: usize, j: usize, contacts: &mut Vec<Contact>) {
-        let (a, b) = (self.flights[i], self.flights[j]);
-        let w = DVec2::new(b.vx - a.vx, b.vy - a.vy);
-        let mut d = (b.start() - a.start()) + w * self.now;
-        if let Some(periodic) = self.laws.periodic {
-            d += periodic.shift(d);
-        }
-        let d2 = d.length_squared();
+    fn is_crowded(&self, k: usize, partner: usize) -> bool {
+        // The partner expects the same contact: its entry comes next to this one.
+        let others = self.calendar.open().iter().rev().take(3).map(|&e| self.calendar.disc(e));
+        let next = others.into_iter().find(|&other| other != partner && other != k);
+        let latest = self.now + SAME_INSTANT * self.calendar.epoch();
+        next.is_some_and(|next| self.dues[next].contact <= latest)
+    }
+
+    /// Position of the second of two discs seen from the first, m.
+    #[inline(always)]
+    fn offset(&self, i: usize, j: usize) -> DVec2 {
+        let (a, b) = (&self.flights[i], &self.flights[j]);
+        let d = (b.start() - a.start()) + (b.velocity() - a.velocity()) * self.now;
+        self.laws.periodic.map_or(d, |periodic| d + periodic.shift(d))
+    }
+
+    /// Two discs, the second as the first sees it.
+    pub(super) fn pair(&self, i: usize, j: usize) -> (Disc, Disc) {
+        let (a, b) = (self.disc(i), self.disc(j));
+        (a, Disc { position: a.position + self.offset(i, j), ..b })
+    }
+
+    #[inline(always)]
+    pub(super) fn collide<U: Unit>(&mut self, i: usize, j: usize, witness: &mut impl Witness) {
+        let d = self.offset(i, j);
+        let velocities = (self.flights[i].velocity(), self.flights[j].velocity());
+        let restitution = self.restitution(self.laws.restitution, &[i, j]);
+        let share = MassFractions::of(self.masses.get(i), self.masses.get(j));
+        let exchange = exchange(d, velocities, restitution, &share);
         let reach = self.radii.get(i) + self.radii.get(j);
-        let c = d2 - reach * reach;
-        self.overlap = self.overlap.max(c.abs());
-        let fractions = MassFractions::of(self.masses.get(i), self.masses.get(j));
-        let (by_a, by_b) = exchange(d, a.velocity(), b.velocity(), self.laws.restitution, &fractions);
-        self.flights[i].deflect(self.now, by_a);
-        self.flights[j].deflect(self.now, by_b);
-        self.contacts += 1;
-        let _ = contacts;
-        for k in [i, j] {
-            let before = self.dues[k].time();
-            self.dues[k].exit = self.exit(k, self.dues[k].place);
-            self.predict::<U>(k);
-            let after = self.dues[k].time();
-            if k == i || after != before {
-                self.calendar.insert(after, k);
+        let excess = exchange.square - reach * reach;
+        // Grazing to rounding, moved from outside, or without a normal.
+        if !(exchange.along < 0.0) || excess > OUT_OF_TOUCH * exchange.square {
+            return self.renew::<U>(i, f64::NAN);
+        }
+        if exchange.square < 1e-6 * reach * reach {
+            return self.collide_together::<U>(i, j, witness);
+        }
+        self.note_distance(i, j, excess / reach);
+        if restitution < 1.0 || self.guests {
+            self.book(i, j, &exchange, restitution);
+        }
+        witness.see(|| self.record(i, j, d, &exchange, restitution));
+        self.flights[i].deflect(self.now, exchange.by_a);
+        self.flights[j].deflect(self.now, exchange.by_b);
+        self.note_contacts(&[i, j], 1);
+        let noted = self.dues[j].time();
+        self.renew_flight::<U>(i, f64::NAN);
+        self.renew_flight::<U>(j, noted);
+    }
+
+    /// The record of a contact.
+    fn record(
+        &self,
+        i: usize,
+        j: usize,
+        d: DVec2,
+        exchange: &Exchange,
+        restitution: f64,
+    ) -> Contact {
+        let distance = exchange.square.sqrt();
+        let approach_speed = -exchange.along / distance;
+        let reduced_mass = self.reduced_mass(i, j);
+        let (first, second, d) = if self.ids[i] < self.ids[j] { (i, j, d) } else { (j, i, -d) };
+        let gap = distance - (self.radii.get(i) + self.radii.get(j));
+        let normal = d / distance;
+        let Disc { id, position, radius, .. } = self.disc(first);
+        Contact {
+            a: id,
+            b: Partner::Disc(self.ids[second]),
+            point: position + normal * (radius + 0.5 * gap),
+            normal,
+            gap,
+            approach_speed,
+            impulse: reduced_mass * (1.0 + restitution) * approach_speed,
+            energy_loss: loss(reduced_mass, restitution, approach_speed * approach_speed),
+            time: self.now(),
+        }
+    }
+
+    fn reduced_mass(&self, i: usize, j: usize) -> f64 {
+        let (a, b) = (self.masses.get(i), self.masses.get(j));
+        let share = MassFractions::of(a, b);
+        if a.is_finite() { a * share.a.hi } else { b * share.b.hi }
+    }
+
+    #[inline(always)]
+    fn note_distance(&mut self, i: usize, j: usize, excess: f64) {
+        if self.guests && (self.is_guest(i) || self.is_guest(j)) {
+            return;
+        }
+        let (a, b) = (self.radii.get(i), self.radii.get(j));
+        // |d| - s = (d.d - s^2) / (|d| + s).
+        let gap = 0.5 * excess / if a < b { a } else { b };
+        self.gap = if gap > self.gap { gap } else { self.gap };
+        self.overlap = if -gap > self.overlap { -gap } else { self.overlap };
+    }
+
+    fn is_guest(&self, k: usize) -> bool {
+        self.owners[k] == Owner::Observed
+    }
+
+    /// Whether its energy counts, and changes only by known amounts.
+    pub(super) fn closes_energy(&self, k: usize) -> bool {
+        !self.is_guest(k) && self.masses.get(k).is_finite()
+    }
+
+    /// Books what a contact does to the energy of simulated discs, before velocities change.
+    #[inline]
+    fn book(&mut self, i: usize, j: usize, exchange: &Exchange, restitution: f64) {
+        if !self.guests || (self.closes_energy(i) && self.closes_energy(j)) {
+            let squared_speed = exchange.along * exchange.along / exchange.square;
+            let loss = loss(self.reduced_mass(i, j), restitution, squared_speed);
+            return self.energy.book(-loss);
+        }
+        for (k, by) in [(i, exchange.by_a), (j, exchange.by_b)] {
+            if self.closes_energy(k) {
+                let mean_velocity = self.flights[k].velocity() + 0.5 * by;
+                self.energy.book(self.masses.get(k) * by.dot(mean_velocity));
             }
         }
     }
 
     #[inline(never)]
-    fn bounce_off<U: Unit>(&mut self, k: usize, side: Side, contacts: &mut Vec<Contact>) {
+    fn bounce_off<U: Unit>(&mut self, k: usize, side: Side, witness: &mut impl Witness) {
         let Some(walls) = self.laws.walls else { return };
         let disc = self.disc(k);
-        if let Some(hit) = bounce(&disc, side, walls.restitution) {
-            self.flights[k].deflect(self.now, hit.velocity - disc.velocity);
-            self.contacts += 1;
-            contacts.push(Contact {
+        let restitution = self.restitution(walls.restitution, &[k]);
+        if let Some(hit) = bounce(&disc, side, restitution) {
+            self.flights[k].turn(self.now, hit.velocity);
+            self.energy.book(-hit.energy_loss);
+            self.note_contacts(&[k], 1);
+            witness.see(|| Contact {
                 a: disc.id,
                 b: Partner::Wall(side),
                 point: disc.position + side.normal() * disc.radius,
@@ -69,12 +175,38 @@ impl Events {
                 approach_speed: hit.approach_speed,
                 impulse: hit.impulse,
                 energy_loss: hit.energy_loss,
-                time: self.base + self.now,
+                time: self.now(),
             });
         }
-        self.dues[k].exit = self.exit(k, self.dues[k].place);
-        self.predict::<U>(k);
-        self.calendar.insert(self.dues[k].time(), k);
+        self.renew_flight::<U>(k, f64::NAN);
+    }
+
+    /// The restitution of a contact: elastic for a disc caught in a collapse.
+    #[inline(always)]
+    pub(super) fn restitution(&self, usual: f64, discs: &[usize]) -> f64 {
+        let collapsing = |&k: &usize| {
+            let Last { time, quick } = self.last[k];
+            self.now - time < self.laws.contact_time && quick >= limits::QUICK_CONTACTS
+        };
+        if usual < 1.0 && !self.last.is_empty() && discs.iter().any(collapsing) {
+            1.0
+        } else {
+            usual
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn note_contacts(&mut self, discs: &[usize], count: usize) {
+        self.contacts += count as u64;
+        if self.last.is_empty() {
+            return;
+        }
+        for &k in discs {
+            let last = &mut self.last[k];
+            let quick = self.now - last.time < self.laws.contact_time;
+            last.quick = if quick { last.quick.saturating_add(1) } else { 0 };
+            last.time = self.now;
+        }
     }
 
     /// Asks for the memory that the next events of the day will touch.
@@ -88,28 +220,25 @@ impl Events {
         }
         if let Some(k) = ahead(8) {
             let due = &self.dues[k];
-            let start = self.cells.start(due.place);
-            for row in [start - self.cells.row_stride(), start, start + self.cells.row_stride()] {
-                prefetch(self.cells.numbers(), row - self.cells.size());
-                prefetch(self.cells.numbers(), row + 2 * self.cells.size() - 1);
-            }
+            self.cells.rows_around(due.place).for_each(|row| {
+                prefetch(self.cells.numbers(), row.start);
+                prefetch(self.cells.numbers(), row.end - 1);
+            });
             let partner = (due.partner & !TIE) as usize;
             prefetch(&self.dues, partner);
             prefetch(&self.flights, partner);
         }
         if let Some(k) = ahead(5) {
-            let due = &self.dues[k];
-            let partner = (due.partner & !TIE) as usize;
-            let start = self.cells.start(due.place);
-            for row in [start - self.cells.row_stride(), start, start + self.cells.row_stride()] {
-                let from = row - self.cells.size();
-                for &near in &self.cells.numbers()[from..from + 3 * self.cells.size()] {
+            for row in self.cells.rows_around(self.dues[k].place) {
+                for &near in &self.cells.numbers()[row] {
                     prefetch(&self.flights, near as usize);
                 }
             }
-            if partner < self.dues.len() {
-                let _ = partner;
-            }
         }
     }
+}
+
+/// Kinetic energy that a contact loses, J.
+fn loss(reduced_mass: f64, restitution: f64, squared_speed: f64) -> f64 {
+    0.5 * reduced_mass * (1.0 - restitution) * (1.0 + restitution) * squared_speed
 }

@@ -8,8 +8,8 @@
 use glam::DVec2;
 
 use super::{Events, Flight};
+use crate::motion::Witness;
 use crate::motion::plain::Stall;
-use crate::world::Contact;
 
 /// Who looks, when, and how far away is too near.
 #[derive(Clone, Copy, Debug)]
@@ -55,23 +55,23 @@ impl Unit for OneByOne {
 }
 
 /// [`Events::advance`], with the best that the processor has.
-pub fn advance(arena: &mut Events, until: f64, contacts: &mut Vec<Contact>) -> Result<(), Stall> {
+pub fn advance<W: Witness>(arena: &mut Events, until: f64, witness: &mut W) -> Result<(), Stall> {
     #[cfg(target_arch = "x86_64")]
     if has_four() {
         // SAFETY: the processor has what the function asks for.
-        return unsafe { avx2::advance(arena, until, contacts) };
+        return unsafe { avx2::advance(arena, until, witness) };
     }
-    arena.advance_with::<OneByOne>(until, contacts)
+    arena.advance_with::<OneByOne, W>(until, witness)
 }
 
-/// Predicts all discs, with the best that the processor has.
-pub fn predict_all(arena: &mut Events) {
+/// [`Events::renew_all`], with the best that the processor has.
+pub fn renew_all(arena: &mut Events, discs: &[usize]) {
     #[cfg(target_arch = "x86_64")]
     if has_four() {
         // SAFETY: the processor has what the function asks for.
-        return unsafe { avx2::predict_all(arena) };
+        return unsafe { avx2::renew_all(arena, discs) };
     }
-    arena.predict_all::<OneByOne>();
+    arena.renew_all::<OneByOne>(discs);
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -83,36 +83,35 @@ fn has_four() -> bool {
 const WHOLE: f64 = 1.5 * (1u64 << 52) as f64;
 
 fn one_by_one(query: &Query, flights: &[Flight], radii: &[f64], near: &[u32]) -> Meeting {
-    let own = &flights[query.disc];
     let mut found = NOBODY;
     for &with in near {
-        let other = &flights[with as usize];
-        let (wx, wy) = (other.vx - own.vx, other.vy - own.vy);
-        let mut dx = (other.x - own.x) + wx * query.now;
-        let mut dy = (other.y - own.y) + wy * query.now;
-        if let Some(size) = query.wrap {
-            dx -= size.x * ((dx / size.x + WHOLE) - WHOLE);
-            dy -= size.y * ((dy / size.y + WHOLE) - WHOLE);
-        }
-        let b = dx * wx + dy * wy;
-        if b >= 0.0 {
-            continue;
-        }
-        let reach = if radii.is_empty() { query.reach } else { query.reach + radii[with as usize] };
-        let s2 = reach * reach;
-        let cross = dx * wy - dy * wx;
-        let root = s2 * (wx * wx + wy * wy) - cross * cross;
-        if !(root >= 0.0) {
-            continue;
-        }
-        let c = (dx * dx + dy * dy - s2).max(0.0);
-        let time = query.now + c / (root.sqrt() - b);
+        let Some(time) = meeting(query, flights, radii, with as usize) else { continue };
         found.second = found.second.min(time.max(found.time));
         if time < found.time {
             (found.time, found.with) = (time, with);
         }
     }
     found
+}
+
+/// When two discs meet, s.
+pub fn meeting(query: &Query, flights: &[Flight], radii: &[f64], with: usize) -> Option<f64> {
+    let (own, other) = (&flights[query.disc], &flights[with]);
+    let (wx, wy) = (other.vx - own.vx, other.vy - own.vy);
+    let mut dx = (other.x - own.x) + wx * query.now;
+    let mut dy = (other.y - own.y) + wy * query.now;
+    if let Some(size) = query.wrap {
+        dx -= size.x * ((dx / size.x + WHOLE) - WHOLE);
+        dy -= size.y * ((dy / size.y + WHOLE) - WHOLE);
+    }
+    let b = dx * wx + dy * wy;
+    let reach = if radii.is_empty() { query.reach } else { query.reach + radii[with] };
+    let s2 = reach * reach;
+    let cross = dx * wy - dy * wx;
+    let root = s2 * (wx * wx + wy * wy) - cross * cross;
+    let meets = b < 0.0 && root >= 0.0;
+    let c = (dx * dx + dy * dy - s2).max(0.0);
+    meets.then(|| query.now + c / (root.sqrt() - b))
 }
 
 /// Asks for the line of memory of an element before it is needed.
@@ -130,7 +129,7 @@ pub fn prefetch<T>(items: &[T], index: usize) {
 mod avx2 {
     use std::arch::x86_64::*;
 
-    use super::{Contact, Events, Flight, Meeting, NOBODY, Query, Stall, Unit, WHOLE};
+    use super::{Events, Flight, Meeting, NOBODY, Query, Stall, Unit, WHOLE, Witness};
 
     /// Four at a time.
     struct FourByFour;
@@ -151,17 +150,17 @@ mod avx2 {
     }
 
     #[target_feature(enable = "avx2,fma")]
-    pub fn advance(
+    pub fn advance<W: Witness>(
         arena: &mut Events,
         until: f64,
-        contacts: &mut Vec<Contact>,
+        witness: &mut W,
     ) -> Result<(), Stall> {
-        arena.advance_with::<FourByFour>(until, contacts)
+        arena.advance_with::<FourByFour, W>(until, witness)
     }
 
     #[target_feature(enable = "avx2,fma")]
-    pub fn predict_all(arena: &mut Events) {
-        arena.predict_all::<FourByFour>();
+    pub fn renew_all(arena: &mut Events, discs: &[usize]) {
+        arena.renew_all::<FourByFour>(discs);
     }
 
     #[target_feature(enable = "avx2,fma")]

@@ -1,0 +1,148 @@
+//! What is asked from outside between events: other velocities, discs that come, move and go.
+
+use std::collections::HashSet;
+
+use glam::DVec2;
+
+use super::lanes::renew_all;
+use super::{Cells, Each, Events, Flight, LONG_AGO, TIE, brings_energy, needs};
+use crate::world::{Disc, DiscId, Owner};
+
+impl Events {
+    /// Gives a simulated disc, if it is there, a new velocity from now on.
+    pub fn set_velocity(&mut self, id: DiscId, velocity: DVec2) {
+        let Some(k) = self.find(Owner::Simulated, id) else { return };
+        let before = self.disc(k).kinetic_energy();
+        self.flights[k].turn(self.now, velocity);
+        self.energy.book(self.disc(k).kinetic_energy() - before);
+        self.guests |= brings_energy(&self.disc(k));
+        if !self.outdated {
+            renew_all(self, &[k]);
+        }
+    }
+
+    /// Puts an observed disc where its owner says that it is, adding it if it is new.
+    pub fn observe(&mut self, disc: Disc) {
+        let known = self.find(Owner::Observed, disc.id);
+        let fits = !self.outdated && 2.0 * disc.radius <= self.diameter;
+        let Some(k) = known.filter(|_| fits) else {
+            return self.come(known, &disc);
+        };
+        self.cells.remove(self.dues[k].place, k as u32);
+        self.put(k, &disc);
+        self.dues[k].place = self.cells.place(self.flights[k].at(self.now));
+        self.cells.add(self.dues[k].place, k as u32);
+        // Who expects to meet it may not notice that it is elsewhere.
+        let met = self.dues.iter_mut().filter(|due| (due.partner & !TIE) as usize == k);
+        met.for_each(|due| due.stamp = !due.stamp);
+        renew_all(self, &[k]);
+    }
+
+    /// An observed disc that is new, or too large for the cells: they are made anew before time
+    /// goes on, once for all that come.
+    fn come(&mut self, known: Option<usize>, disc: &Disc) {
+        self.guests = true;
+        let k = known.unwrap_or(self.flights.len());
+        if known.is_none() {
+            self.ids.push(disc.id);
+            self.owners.push(Owner::Observed);
+            self.push_flight(disc);
+            self.radii.push(disc.radius, k);
+            self.masses.push(disc.mass, k);
+            if self.laws.contact_time > 0.0 {
+                self.last.push(LONG_AGO);
+            }
+            self.index.iter_mut().for_each(|index| {
+                index.insert((Owner::Observed, disc.id), k);
+            });
+        }
+        self.put(k, disc);
+        self.outdated = true;
+    }
+
+    /// Writes down what a disc is.
+    fn put(&mut self, k: usize, disc: &Disc) {
+        let periodic = self.laws.periodic;
+        let position = periodic.map_or(disc.position, |periodic| periodic.inside(disc.position));
+        let start = position - disc.velocity * self.now;
+        let DVec2 { x: vx, y: vy } = disc.velocity;
+        self.flights[k] = Flight { x: start.x, y: start.y, vx, vy };
+        let discs = self.flights.len();
+        self.radii.set(k, disc.radius, discs);
+        self.masses.set(k, disc.mass, discs);
+    }
+
+    pub(super) fn push_flight(&mut self, disc: &Disc) {
+        let start = disc.position - disc.velocity * self.now;
+        let DVec2 { x: vx, y: vy } = disc.velocity;
+        self.flights.push(Flight { x: start.x, y: start.y, vx, vy });
+    }
+
+    /// Takes observed discs out.
+    pub fn forget(&mut self, ids: &HashSet<DiscId>) {
+        let gone = |k: &usize| self.owners[*k] == Owner::Observed && ids.contains(&self.ids[*k]);
+        let gone: Vec<usize> = (0..self.flights.len()).filter(gone).collect();
+        // From the last on: what takes the place of one is not itself to go.
+        for &k in gone.iter().rev() {
+            self.flights.swap_remove(k);
+            self.ids.swap_remove(k);
+            self.owners.swap_remove(k);
+            self.radii.swap_remove(k);
+            self.masses.swap_remove(k);
+            if !self.last.is_empty() {
+                self.last.swap_remove(k);
+            }
+        }
+        if !gone.is_empty() {
+            self.index = None;
+            self.outdated = true;
+        }
+    }
+
+    /// New cells for the discs as they lie now.
+    #[cold]
+    pub(super) fn renew_all_cells(&mut self) {
+        let discs: Vec<Disc> = (0..self.flights.len()).map(|k| self.disc(k)).collect();
+        let needs = needs(&self.laws, &discs);
+        self.diameter = needs.diameter;
+        self.cells = Cells::new(&needs);
+        self.calendar.make_room_for(self.flights.len());
+        self.renew_grid();
+        self.outdated = false;
+    }
+
+    fn find(&mut self, owner: Owner, id: DiscId) -> Option<usize> {
+        let keys = || self.owners.iter().copied().zip(self.ids.iter().copied());
+        let index = self.index.get_or_insert_with(|| keys().zip(0..).collect());
+        index.get(&(owner, id)).copied()
+    }
+}
+
+impl Each {
+    fn push(&mut self, value: f64, count: usize) {
+        self.make_own(value, count).into_iter().for_each(|own| own.push(value));
+    }
+
+    fn set(&mut self, k: usize, value: f64, count: usize) {
+        self.make_own(value, count).into_iter().for_each(|own| own[k] = value);
+    }
+
+    fn swap_remove(&mut self, k: usize) {
+        if let Self::Own(own) = self {
+            own.swap_remove(k);
+        }
+    }
+
+    /// The single numbers, if there must be some beside this value.
+    fn make_own(&mut self, value: f64, count: usize) -> Option<&mut Vec<f64>> {
+        if let Self::Same(same) = *self
+            && same != value
+        {
+            *self = Self::Own(vec![same; count]);
+        }
+        match self {
+            Self::Same(_) => None,
+            Self::Own(own) => Some(own),
+        }
+    }
+}

@@ -1,0 +1,299 @@
+//! The event-driven method, judged by the plain one: the same contacts in the same order, until
+//! rounding has grown.
+
+use crate::common::{Random, box_settings, disc, energy, gas, momentum};
+use carom::motion::events::Events;
+use carom::motion::plain::{Laws, Plain};
+use carom::plan::Plan;
+use carom::world::{Contact, Disc, Owner, Partner, Periodic, Settings};
+use glam::DVec2;
+
+fn laws(settings: &Settings, discs: &[Disc]) -> Laws {
+    Plan::of(settings, discs).laws(settings)
+}
+
+fn periodic(side: f64) -> Settings {
+    let periodic = Some(Periodic { min: DVec2::ZERO, max: DVec2::splat(side) });
+    Settings { periodic, ..Settings::default() }
+}
+
+/// Both methods on one scene.
+struct Twins {
+    events: Events,
+    plain: Plain,
+}
+
+impl Twins {
+    fn new(settings: &Settings, discs: &[Disc]) -> Self {
+        let plan = Plan::of(settings, discs);
+        let laws = plan.laws(settings);
+        Self { events: Events::new(laws, discs), plain: Plain::new(laws, discs, plan.epoch) }
+    }
+
+    fn run(&mut self, until: f64) -> (Vec<Contact>, Vec<Contact>) {
+        let (mut ours, mut judged) = (Vec::new(), Vec::new());
+        while self.events.now() < until {
+            self.events.advance(until, &mut ours).expect("no stall");
+        }
+        while self.plain.now() < until {
+            self.plain.advance(until, &mut judged).expect("no stall");
+        }
+        (ours, judged)
+    }
+
+    /// How many contacts are the same, in order, before the first that is not.
+    fn agree(&mut self, until: f64) -> (usize, usize) {
+        let (ours, judged) = self.run(until);
+        (ours.iter().zip(&judged).take_while(is_same).count(), judged.len())
+    }
+}
+
+/// The two methods must agree for about as long as the plain one agrees with itself where every
+/// disc is moved by a rounding error.
+fn check(name: &str, settings: &Settings, discs: &[Disc], until: f64) {
+    let (same, of) = Twins::new(settings, discs).agree(until);
+    let mut moved = discs.to_vec();
+    moved.iter_mut().for_each(|disc| disc.position += disc.position * f64::EPSILON);
+    let mut twins = Twins::new(settings, discs);
+    let judged = twins.run(until).1;
+    let again = Twins::new(settings, &moved).run(until).1;
+    let predictable = judged.iter().zip(&again).take_while(is_same).count();
+    assert!(predictable > 5, "{name}: only {predictable} of {of} contacts can be predicted");
+    let wanted = if predictable == of { of } else { predictable * 3 / 4 };
+    assert!(same >= wanted, "{name}: {same} of {of} contacts, {predictable} are predictable");
+}
+
+/// Whether two records are of the same contact.
+fn is_same((a, b): &(&Contact, &Contact)) -> bool {
+    let near = |x: f64, y: f64| (x - y).abs() <= 1e-5 * (1.0 + b.impulse);
+    (a.a, a.b) == (b.a, b.b)
+        && (a.time - b.time).abs() < 1e-6
+        && (a.point - b.point).length() < 1e-5
+        && near(a.impulse, b.impulse)
+        && near(a.energy_loss, b.energy_loss)
+        && near(a.approach_speed, b.approach_speed)
+}
+
+#[test]
+fn agrees_with_the_plain_method_in_a_box() {
+    for seed in 0..6 {
+        let discs = gas(seed, 60, 12.0, (0.4, 0.4), (1.0, 1.0));
+        check("equal", &box_settings(12.0, 1.0), &discs, 8.0);
+        let discs = gas(seed, 60, 12.0, (0.2, 0.5), (0.1, 10.0));
+        check("mixed", &box_settings(12.0, 1.0), &discs, 8.0);
+        check("lossy", &box_settings(12.0, 0.8), &discs, 8.0);
+    }
+}
+
+#[test]
+fn agrees_with_the_plain_method_in_a_periodic_box() {
+    for seed in 0..6 {
+        let discs = gas(seed, 80, 14.0, (0.5, 0.5), (1.0, 1.0));
+        check("equal", &periodic(14.0), &discs, 8.0);
+        let discs = gas(seed, 80, 14.0, (0.3, 0.5), (0.5, 2.0));
+        let settings = Settings { restitution: 0.9, ..periodic(14.0) };
+        check("mixed", &settings, &discs, 8.0);
+    }
+}
+
+#[test]
+fn agrees_with_the_plain_method_in_the_free_plane() {
+    for seed in 0..6 {
+        let mut discs = gas(seed, 60, 12.0, (0.3, 0.5), (1.0, 3.0));
+        for disc in &mut discs {
+            disc.velocity = (DVec2::splat(6.0) - disc.position) * 0.3 + disc.velocity * 0.5;
+        }
+        check("free", &Settings::default(), &discs, 100.0);
+    }
+}
+
+#[test]
+fn agrees_with_the_plain_method_around_fixed_discs() {
+    for seed in 0..6 {
+        let mut discs = gas(seed, 60, 12.0, (0.4, 0.4), (1.0, 1.0));
+        for disc in discs.iter_mut().step_by(7) {
+            (disc.mass, disc.velocity) = (f64::INFINITY, DVec2::ZERO);
+        }
+        check("fixed", &box_settings(12.0, 1.0), &discs, 8.0);
+    }
+}
+
+#[test]
+fn contacts_at_one_instant_are_resolved_together() {
+    // A striker meets two touching discs: generalised reflections give it -1/5 of its velocity.
+    let (c, s) = (30f64.to_radians().cos(), 30f64.to_radians().sin());
+    let mut discs = vec![
+        disc(0, [0.0, 0.0], [1.0, 0.0], 0.5, 1.0),
+        disc(1, [1.0 + c, s], [0.0, 0.0], 0.5, 1.0),
+        disc(2, [1.0 + c, -s], [0.0, 0.0], 0.5, 1.0),
+    ];
+    let far = gas(5, 20, 10.0, (0.3, 0.3), (1.0, 1.0)).into_iter();
+    let far = far.map(|d| Disc { id: d.id + 10, position: d.position + 30.0, ..d });
+    discs.extend(far);
+    let mut twins = Twins::new(&Settings::default(), &discs);
+    twins.run(1.5);
+    let striker = twins.events.discs(Owner::Simulated).next().expect("a striker");
+    assert!((striker.velocity.x + 0.2).abs() < 1e-12 && striker.velocity.y.abs() < 1e-12);
+}
+
+#[test]
+fn a_touching_row_passes_the_blow_on() {
+    let mut discs = vec![disc(0, [0.0, 0.0], [1.0, 0.0], 0.5, 1.0)];
+    discs.extend((1..40).map(|k| disc(k, [1.0 + f64::from(k), 0.0], [0.0; 2], 0.5, 1.0)));
+    let mut arena = Events::new(Laws::FREE, &discs);
+    let mut contacts = Vec::new();
+    arena.advance(5.0, &mut contacts).expect("no stall");
+    let last = arena.discs(Owner::Simulated).last().expect("a last one");
+    assert_eq!(contacts.len(), 39);
+    assert_eq!(last.velocity, DVec2::X);
+    assert!((last.position.x - 44.0).abs() < 1e-12, "{}", last.position.x);
+}
+
+#[test]
+fn energy_and_momentum_are_kept_over_a_million_contacts() {
+    let mut discs = gas(3, 400, 60.0, (0.5, 0.9), (0.1, 10.0));
+    let drift = momentum(&discs) / discs.iter().map(|d| d.mass).sum::<f64>();
+    discs.iter_mut().for_each(|d| d.velocity -= drift);
+    let mut arena = Events::new(laws(&periodic(60.0), &discs), &discs);
+    while arena.contacts() < 1_000_000 {
+        arena.pass(f64::MAX).expect("no stall");
+    }
+    let after: Vec<Disc> = arena.discs(Owner::Simulated).collect();
+    let scale = discs.iter().map(|d| d.mass * d.velocity.length()).sum::<f64>();
+    assert!((energy(&after) / energy(&discs) - 1.0).abs() < 1e-13);
+    assert!(arena.relative_energy_drift().abs() < 1e-13);
+    assert!((momentum(&after) - momentum(&discs)).length() < 1e-13 * scale);
+    let largest = arena.largest_overlap().max(arena.largest_gap());
+    assert!(largest < 1e-11, "contact distance off by {largest} radii");
+}
+
+#[test]
+fn looking_between_events_changes_nothing() {
+    let discs = gas(8, 200, 25.0, (0.4, 0.4), (1.0, 2.0));
+    let laws = laws(&box_settings(25.0, 0.95), &discs);
+    let run = |steps: u32| {
+        let mut arena = Events::new(laws, &discs);
+        for k in 1..=steps {
+            let until = 20.0 * f64::from(k) / f64::from(steps);
+            while arena.now() < until {
+                arena.pass(until).expect("no stall");
+            }
+        }
+        arena.discs(Owner::Simulated).map(|d| (d.velocity, d.position)).collect::<Vec<_>>()
+    };
+    let (once, often) = (run(1), run(997));
+    for (a, b) in once.iter().zip(&often) {
+        assert_eq!(a.0, b.0);
+        assert_eq!(a.1, b.1);
+    }
+}
+
+#[test]
+fn commands_and_observed_discs_act_at_once() {
+    let discs = gas(4, 50, 12.0, (0.3, 0.3), (1.0, 1.0));
+    let settings = box_settings(12.0, 1.0);
+    let mut random = Random::new(9);
+    let mut twins = Twins::new(&settings, &discs);
+    let (mut ours, mut judged) = (Vec::new(), Vec::new());
+    for k in 1..40 {
+        let until = 0.05 * f64::from(k);
+        twins.events.advance(until, &mut ours).expect("no stall");
+        twins.plain.advance(until, &mut judged).expect("no stall");
+        let (id, velocity) = (random.below(50) as u32, random.vector(2.0));
+        twins.events.set_velocity(id, velocity);
+        twins.plain.set_velocity(id, velocity);
+        // A wide observed circle that sweeps through, and one that comes and goes.
+        let x = 0.3 * f64::from(k);
+        let guest = disc(900, [x, 6.0], [6.0, 0.0], 0.8, 50.0);
+        let other = disc(901, [6.0, x], [0.0, 6.0], 0.3, f64::INFINITY);
+        for guest in [Some(guest), (k % 10 < 5).then_some(other)].into_iter().flatten() {
+            twins.events.observe(guest);
+            twins.plain.observe(guest);
+        }
+        if k % 10 == 5 {
+            twins.events.forget(&[901].into());
+            twins.plain.forget(&[901].into());
+        }
+    }
+    let partners = |contacts: &[Contact]| -> Vec<(u32, Partner)> {
+        contacts.iter().map(|contact| (contact.a, contact.b)).collect()
+    };
+    assert!(judged.len() > 100, "{}", judged.len());
+    assert_eq!(partners(&ours), partners(&judged));
+    let states = |discs: Vec<Disc>| discs.into_iter().map(|d| d.velocity).collect::<Vec<_>>();
+    for owner in [Owner::Simulated, Owner::Observed] {
+        let ours = states(twins.events.discs(owner).collect());
+        let judged = states(twins.plain.discs(owner).collect());
+        for (a, b) in ours.iter().zip(&judged) {
+            assert!((*a - *b).length() < 1e-6, "{a} {b}");
+        }
+    }
+    assert!(twins.events.relative_energy_drift().abs() < 1e-12);
+}
+
+#[test]
+fn discs_at_rest_and_empty_arenas_wait() {
+    let mut empty = Events::new(Laws::FREE, &[]);
+    empty.pass(1e9).expect("no stall");
+    assert_eq!(empty.now(), 1e9);
+    let mut discs = gas(1, 100, 20.0, (0.4, 0.4), (1.0, 1.0));
+    discs.iter_mut().for_each(|d| d.velocity = DVec2::ZERO);
+    let mut arena = Events::new(laws(&box_settings(20.0, 1.0), &discs), &discs);
+    arena.pass(1e6).expect("no stall");
+    assert_eq!((arena.now(), arena.contacts()), (1e6, 0));
+    arena.set_velocity(7, DVec2::new(3.0, 1.0));
+    while arena.now() < 1e6 + 50.0 {
+        arena.pass(1e6 + 50.0).expect("no stall");
+    }
+    assert!(arena.contacts() > 20);
+    assert!(arena.relative_energy_drift().abs() < 1e-13);
+}
+
+#[test]
+fn a_gas_that_cools_a_thousandfold_goes_on() {
+    let mut discs = gas(2, 500, 60.0, (0.5, 0.5), (1.0, 1.0));
+    let drift = momentum(&discs) / 500.0;
+    discs.iter_mut().for_each(|disc| disc.velocity -= drift);
+    let settings = Settings { restitution: 0.8, ..periodic(60.0) };
+    let mut arena = Events::new(laws(&settings, &discs), &discs);
+    let before = arena.kinetic_energy();
+    while arena.now() < 3000.0 {
+        arena.pass(3000.0).expect("no stall");
+    }
+    let left = arena.kinetic_energy() / before;
+    assert!(left < 1e-3, "{left} after {} contacts", arena.contacts());
+    assert!(arena.relative_energy_drift().abs() < 1e-13);
+}
+
+#[test]
+fn one_hot_disc_among_cold_ones_is_no_storm() {
+    let mut discs = gas(6, 300, 40.0, (0.5, 0.5), (1.0, 1.0));
+    for disc in &mut discs {
+        disc.velocity *= 1e-6;
+    }
+    discs[150].velocity = DVec2::new(1e3, 7e2);
+    check("hot", &box_settings(40.0, 1.0), &discs, 0.02);
+    let mut arena = Events::new(laws(&box_settings(40.0, 1.0), &discs), &discs);
+    while arena.contacts() < 20_000 {
+        arena.pass(f64::MAX).expect("no stall");
+    }
+}
+
+#[test]
+fn every_processor_gives_the_same_bits() {
+    let lossy = Settings { restitution: 0.9, ..periodic(25.0) };
+    for (settings, radius) in
+        [(periodic(25.0), (0.4, 0.4)), (lossy, (0.2, 0.5)), (box_settings(25.0, 0.95), (0.3, 0.5))]
+    {
+        let discs = gas(8, 200, 25.0, radius, (1.0, 2.0));
+        let [mut four, mut one] = [(); 2].map(|()| Events::new(laws(&settings, &discs), &discs));
+        while four.now() < 20.0 {
+            four.pass(20.0).expect("no stall");
+            one.pass_one_by_one(20.0).expect("no stall");
+        }
+        assert!(four.contacts() > 400, "{}", four.contacts());
+        assert_eq!(four.contacts(), one.contacts());
+        let states = |arena: &Events| arena.discs(Owner::Simulated).collect::<Vec<Disc>>();
+        assert_eq!(states(&four), states(&one));
+    }
+}
