@@ -1,4 +1,4 @@
-//! Which kind is run by what; which needs are not met yet; which kinds are not built yet.
+//! Which kind is run by what, and which needs are met.
 
 use super::arena::Trouble;
 use super::case::Field;
@@ -9,34 +9,20 @@ use super::{penalty, periodic, statistics, stepped, trajectory};
 /// Runs one case: all its sub-cases, or what is wrong.
 pub type Runner = fn(&Field, Effort) -> Result<Vec<Finding>, Trouble>;
 
-/// Kinds whose part of the engine is not built yet: shown as skipped, with the reason.
-const NOT_BUILT: [(&str, &str); 1] =
-    [("stats_pressure_periodic_long", "a method quick enough for 512^2 discs (long_run)")];
-
 /// Needs of a case that the engine meets.
 const MET: [&str; 4] = ["infinite_mass", "penalty", "gravity", "periodic_box"];
 
 /// How to run a kind, or why it is skipped.
 pub fn find(kind: &str, needs: &[String], effort: Effort) -> Result<Runner, String> {
-    let not_built = |name: &str| {
-        let known = NOT_BUILT.iter().find(|(prefix, _)| {
-            name == *prefix || (prefix.ends_with('_') && name.starts_with(prefix))
-        });
-        known.map(|(_, what)| format!("not built yet: {what}"))
-    };
-    if let Some(reason) = not_built(kind) {
-        return Err(reason);
-    }
-    if effort == Effort::Quick && kind == "stats_pressure_periodic" {
-        // Its lattice melts in minutes.
-        return Err("needs long_run: left out by --quick".to_owned());
-    }
     let runner = runner(kind).ok_or_else(|| format!("unknown kind {kind}"))?;
+    if kind == "stats_pressure_periodic_long" && effort == Effort::Full {
+        return Err("needs long_run of days: asked for by --only".to_owned());
+    }
     for need in needs.iter().map(String::as_str).filter(|need| !MET.contains(need)) {
         match need {
-            "long_run" if effort == Effort::Full => {}
+            "long_run" if effort.is_full() => {}
             "long_run" => return Err("needs long_run: left out by --quick".to_owned()),
-            _ => return Err(not_built(need).unwrap_or_else(|| format!("not built yet: {need}"))),
+            _ => return Err(format!("needs {need}, which is unknown")),
         }
     }
     Ok(runner)
@@ -90,6 +76,7 @@ fn runner(kind: &str) -> Option<Runner> {
         "stats_equation_of_state" => periodic::fluid,
         "stats_equation_of_state_crystal" => periodic::crystal,
         "stats_pressure_periodic" => periodic::pressure,
+        "stats_pressure_periodic_long" => periodic::pressure_of_many,
         _ => return None,
     })
 }

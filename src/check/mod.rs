@@ -67,10 +67,19 @@ pub struct Options {
 /// How much time a case may take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effort {
+    /// As long as the stated error needs, days if must be: only where a case is asked for by name.
+    Days,
     /// As long as the stated error needs.
     Full,
     /// A minute for all cases.
     Quick,
+}
+
+impl Effort {
+    /// Whether statistics are as good as stated.
+    fn is_full(self) -> bool {
+        self != Self::Quick
+    }
 }
 
 /// How one case went.
@@ -118,7 +127,11 @@ pub enum CheckError {
 /// [`CheckError`]; a malformed case file is none, it is a failed case.
 pub fn check(options: &Options, out: &mut impl Write) -> Result<Summary, CheckError> {
     let files = files::read(options.cases.as_deref(), options.only.as_deref())?;
-    let effort = if options.quick { Effort::Quick } else { Effort::Full };
+    let effort = match (options.quick, &options.only) {
+        (true, _) => Effort::Quick,
+        (false, Some(_)) => Effort::Days,
+        (false, None) => Effort::Full,
+    };
     let mut reports = Vec::with_capacity(files.len());
     each_in_order(&files, effort, |report| {
         if !options.json {

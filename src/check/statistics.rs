@@ -25,7 +25,7 @@ const BLOCKS: usize = 50;
 
 /// Events of one run: enough for errors near 3e-4.
 fn events(effort: Effort) -> f64 {
-    if effort == Effort::Full { 2e7 } else { 1e6 }
+    if effort.is_full() { 2e7 } else { 1e6 }
 }
 
 /// A mean and its standard error.
@@ -227,7 +227,7 @@ fn add_moments(disc: &Disc, sums: &mut [f64; 4]) {
 /// starts with equal times: in a narrow cage one trajectory mixes too slowly.
 pub fn caged_disc(root: &Field, effort: Effort) -> Findings {
     let (limit, value) = (limit(root)?, root.get("tolerance")?.get("value")?);
-    let share = if effort == Effort::Full { 1.0 } else { 0.2 };
+    let share = if effort.is_full() { 1.0 } else { 0.2 };
     let starts = (value.number_after("average over >=")? * share) as u64;
     let collisions = value.number_after("one run of >=")? * share * share / starts as f64;
     let mut findings = Vec::new();
@@ -280,7 +280,7 @@ pub fn relaxation(root: &Field, effort: Effort) -> Findings {
     let count = inputs.get("N")?.count(limits::PUCKS_PER_SCENE as u64)? as usize;
     let (radius, speed) = (positive(&inputs.get("r")?)?, positive(&inputs.get("speed")?)?);
     let (walls, runs) = (walls(&inputs, 1.0)?, inputs.get("runs")?.count(1 << 20)?.max(2));
-    let runs = if effort == Effort::Full { runs } else { (runs / 5).max(2) };
+    let runs = if effort.is_full() { runs } else { (runs / 5).max(2) };
     let expected = root.get("expected")?.get("K")?.entries()?;
     let number = |text: &str, field: &Field| text.parse().map_err(|_| field.wrong("no number"));
     let mut at: Vec<f64> = expected.iter().map(|(k, f)| number(k, f)).collect::<Read<_>>()?;
