@@ -162,6 +162,11 @@ pub fn exchange(
     let per_square = square.recip();
     let q = along * per_square;
     let q_lo = ((-q).mul_add(square, along) + (along_lo - q * square_lo)) * per_square;
+    if restitution == 1.0 && share.a == Fraction::HALF {
+        // Of equal masses: what follows, to the last bit.
+        let by = DVec2::new(d.x.mul_add(q, d.x * q_lo), d.y.mul_add(q, d.y * q_lo));
+        return Exchange { by_a: by, by_b: -by, along, square };
+    }
     let both = 1.0 + restitution;
     let jump = both * q;
     let jump_lo = both.mul_add(q, -jump) + both * q_lo;
@@ -198,7 +203,7 @@ impl MassFractions {
     pub fn of(mass_a: f64, mass_b: f64) -> Self {
         let whole = |hi| Fraction { hi, lo: 0.0 };
         if mass_a == mass_b {
-            return Self { a: whole(0.5), b: whole(0.5) };
+            return Self { a: Fraction::HALF, b: Fraction::HALF };
         }
         if mass_a.is_infinite() || mass_b.is_infinite() {
             let b_moves = f64::from(u8::from(mass_a.is_infinite()));
@@ -217,6 +222,8 @@ impl MassFractions {
 }
 
 impl Fraction {
+    const HALF: Self = Self { hi: 0.5, lo: 0.0 };
+
     /// The fraction of `x + lo`.
     fn times(self, x: f64, lo: f64) -> f64 {
         self.hi.mul_add(x, self.hi.mul_add(lo, self.lo * x))

@@ -4,7 +4,7 @@ use glam::DVec2;
 
 use super::lanes::{Unit, prefetch};
 use super::predict::SIDES;
-use super::{Due, Events, Last, SAME_INSTANT, TIE, WALL};
+use super::{Due, Each, Events, Last, SAME_INSTANT, TIE, WALL};
 use crate::motion::Witness;
 use crate::resolve::pair::{Exchange, MassFractions, exchange};
 use crate::resolve::wall::bounce;
@@ -72,7 +72,7 @@ impl Events {
         if exchange.square < 1e-6 * reach * reach {
             return self.collide_together::<U>(i, j, witness);
         }
-        self.note_distance(i, j, excess / reach);
+        self.note_distance(i, j, excess);
         if restitution < 1.0 || self.guests {
             self.book(i, j, &exchange, restitution);
         }
@@ -81,8 +81,8 @@ impl Events {
         self.flights[j].deflect(self.now, exchange.by_b);
         self.note_contacts(&[i, j], 1);
         let noted = self.dues[j].time();
-        self.renew_flight::<U>(i, f64::NAN);
-        self.renew_flight::<U>(j, noted);
+        self.renew::<U>(i, f64::NAN);
+        self.renew::<U>(j, noted);
     }
 
     /// The record of a contact.
@@ -125,11 +125,12 @@ impl Events {
         if self.guests && (self.is_guest(i) || self.is_guest(j)) {
             return;
         }
-        let (a, b) = (self.radii.get(i), self.radii.get(j));
-        // |d| - s = (d.d - s^2) / (|d| + s).
-        let gap = 0.5 * excess / if a < b { a } else { b };
-        self.gap = if gap > self.gap { gap } else { self.gap };
-        self.overlap = if -gap > self.overlap { -gap } else { self.overlap };
+        let excess = match &self.radii {
+            Each::Same(_) => excess,
+            Each::Own(radii) => excess / ((radii[i] + radii[j]) * radii[i].min(radii[j])),
+        };
+        self.excess.0 = if excess < self.excess.0 { excess } else { self.excess.0 };
+        self.excess.1 = if excess > self.excess.1 { excess } else { self.excess.1 };
     }
 
     fn is_guest(&self, k: usize) -> bool {
@@ -178,7 +179,7 @@ impl Events {
                 time: self.now(),
             });
         }
-        self.renew_flight::<U>(k, f64::NAN);
+        self.renew::<U>(k, f64::NAN);
     }
 
     /// The restitution of a contact: elastic for a disc caught in a collapse.

@@ -191,8 +191,9 @@ pub struct Events {
     /// Whether what comes next is fetched from memory in advance.
     ahead: bool,
     energy: EnergyAccount,
-    overlap: f64,
-    gap: f64,
+    /// Least and largest `d.d - s^2` at a contact of simulated discs, m^2 where all radii are equal,
+    /// else in units of reach and smaller radius.
+    excess: (f64, f64),
     contacts: u64,
 }
 
@@ -246,8 +247,7 @@ impl Events {
             events_at_instant: 0,
             ahead: discs.len() >= AHEAD_FROM,
             energy: EnergyAccount::default(),
-            overlap: 0.0,
-            gap: 0.0,
+            excess: (0.0, 0.0),
             contacts: 0,
         };
         arena.energy.book(discs.iter().map(Disc::kinetic_energy).collect::<RunningSum>().value());
@@ -279,12 +279,21 @@ impl Events {
 
     /// Largest overlap of a simulated pair at any contact, in units of the smaller radius.
     pub fn largest_overlap(&self) -> f64 {
-        self.overlap
+        self.in_radii(-self.excess.0)
     }
 
     /// Largest gap of a simulated pair at any contact, in units of the smaller radius.
     pub fn largest_gap(&self) -> f64 {
-        self.gap
+        self.in_radii(self.excess.1)
+    }
+
+    /// Distance of two surfaces, in units of the smaller radius.
+    fn in_radii(&self, excess: f64) -> f64 {
+        // |d| - s = (d.d - s^2) / (|d| + s).
+        0.5 * match self.radii {
+            Each::Same(radius) => excess / (2.0 * radius * radius),
+            Each::Own(_) => excess,
+        }
     }
 
     /// Contacts since the start, pairs and walls.
@@ -487,7 +496,7 @@ fn brings_energy(disc: &Disc) -> bool {
 
 /// Entries of a day when it comes: few enough to sort in the first cache.
 fn entries_per_day(discs: usize) -> f64 {
-    (discs as f64 / 32.0).clamp(32.0, 512.0)
+    (discs as f64 / 64.0).clamp(16.0, 512.0)
 }
 
 fn days_of(discs: usize) -> usize {

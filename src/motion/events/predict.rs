@@ -32,17 +32,10 @@ impl Events {
 
     #[inline(always)]
     pub(super) fn renew_all<U: Unit>(&mut self, discs: &[usize]) {
-        discs.iter().for_each(|&k| self.renew_flight::<U>(k, f64::NAN));
+        discs.iter().for_each(|&k| self.renew::<U>(k, f64::NAN));
     }
 
-    /// Predicts a disc that flies otherwise from now on; `noted`: its time in the calendar.
-    #[inline(always)]
-    pub(super) fn renew_flight<U: Unit>(&mut self, k: usize, noted: f64) {
-        self.dues[k].exit = self.exit(k, self.dues[k].place);
-        self.renew::<U>(k, noted);
-    }
-
-    /// Predicts a disc again.
+    /// Predicts a disc again; `noted`: its time in the calendar.
     #[inline(always)]
     pub(super) fn renew<U: Unit>(&mut self, k: usize, noted: f64) {
         self.predict::<U>(k);
@@ -70,8 +63,8 @@ impl Events {
         {
             (contact, partner) = (time, WALL | side);
         }
-        let due = &mut self.dues[k];
-        (due.contact, due.partner, due.stamp) = (contact, partner, stamp);
+        let exit = self.exit_before(k, place, contact);
+        self.dues[k] = Due { contact, exit, partner, stamp, place };
     }
 
     #[inline(always)]
@@ -139,9 +132,15 @@ impl Events {
         approach(&a, &b).is_some_and(|(_, speed)| speed > rounding_speed(&a, &b))
     }
 
-    /// When a disc leaves its cell, s.
+    /// When a disc leaves its cell, s; infinite if its contact comes first.
     #[inline(always)]
-    fn exit(&self, k: usize, place: Place) -> f64 {
+    fn exit_before(&self, k: usize, place: Place, contact: f64) -> f64 {
+        let (low, high) = self.cells.edges(place);
+        let at = self.flights[k].at(contact);
+        // Also false for a place that is no number.
+        if at.x > low.x && at.x < high.x && at.y > low.y && at.y < high.y {
+            return f64::INFINITY;
+        }
         let (x, y) = self.exits(k, place);
         let exit = if y < x { y } else { x };
         if exit < self.now { self.now } else { exit }
@@ -171,7 +170,7 @@ impl Events {
         self.cells.remove(due.place, k as u32);
         self.cells.add(place, k as u32);
         self.dues[k].place = place;
-        self.renew_flight::<U>(k, f64::NAN);
+        self.renew::<U>(k, f64::NAN);
     }
 
     /// The next wall that a disc reaches.

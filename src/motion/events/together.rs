@@ -35,7 +35,7 @@ impl Events {
         for (&k, &noted) in group.members.iter().zip(&noted) {
             let noted = if k == i { f64::NAN } else { noted };
             if touched.contains(&k) {
-                self.renew_flight::<U>(k, noted);
+                self.renew::<U>(k, noted);
             } else if k == i {
                 self.renew::<U>(k, noted);
             }
