@@ -5,7 +5,11 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use carom::bench::gas::Gas;
+use carom::bench::{self, BenchError};
 use carom::check::{self, CheckError, Options};
+use carom::plan::Method;
+use carom::scene::lattice::Lattice;
 use carom::scene::{Scene, shipped};
 use clap::error::ErrorKind;
 use clap::{Args, Parser, Subcommand};
@@ -26,6 +30,52 @@ enum Command {
     Run(RunArguments),
     /// Run the reference cases and say by how much they pass; exit code 1 if one fails.
     Check(CheckArguments),
+    /// Measure one run, and check its physics before telling the time.
+    #[command(subcommand)]
+    Bench(BenchCommand),
+}
+
+#[derive(Subcommand)]
+enum BenchCommand {
+    /// A gas of discs that melts from a lattice.
+    Gas(GasArguments),
+}
+
+#[derive(Args)]
+struct GasArguments {
+    /// How many discs.
+    #[arg(long, value_name = "N", default_value = "1000", value_parser = clap::value_parser!(u32).range(4..=10_000_000))]
+    discs: u32,
+    /// Share of the area that they cover.
+    #[arg(long, value_name = "PHI", default_value = "0.5", value_parser = fraction)]
+    area_fraction: f64,
+    /// What lies around them.
+    #[arg(long, value_name = "B", default_value = "periodic", value_parser = ["periodic", "walls"])]
+    boundary: String,
+    /// How they move.
+    #[arg(long, value_name = "M", default_value = "auto", value_parser = ["auto", "events", "plain"])]
+    method: String,
+    /// Collisions to be timed.
+    #[arg(long, value_name = "K", default_value = "1000000", value_parser = clap::value_parser!(u64).range(1..=1_000_000_000_000))]
+    collisions: u64,
+    /// Seed of velocities and masses.
+    #[arg(long, value_name = "S", default_value = "1")]
+    seed: u64,
+    /// Collisions of a disc before anything is measured.
+    #[arg(long, value_name = "K", default_value = "30", value_parser = at_least_0)]
+    melt: f64,
+    /// Radii of every second disc over those of the others.
+    #[arg(long, value_name = "R", default_value = "1", value_parser = at_least_1)]
+    size_ratio: f64,
+    /// Masses are drawn from 1 kg to this.
+    #[arg(long, value_name = "KG", default_value = "1", value_parser = at_least_1)]
+    mass_max: f64,
+    /// Restitution of pairs and walls.
+    #[arg(long, value_name = "E", default_value = "1", value_parser = at_most_1)]
+    restitution: f64,
+    /// One JSON object instead of words.
+    #[arg(long)]
+    json: bool,
 }
 
 #[derive(Args)]
@@ -68,6 +118,7 @@ fn main() -> ExitCode {
     match cli.command.unwrap_or(Command::Run(cli.run)) {
         Command::Run(arguments) => load_and_run(&arguments),
         Command::Check(arguments) => check(arguments),
+        Command::Bench(BenchCommand::Gas(arguments)) => bench_gas(&arguments),
     }
 }
 
@@ -83,6 +134,30 @@ fn check(arguments: CheckArguments) -> ExitCode {
     match check::check(&Options { cases, only, quick, json }, &mut std::io::stdout().lock()) {
         Ok(summary) => ExitCode::from(u8::from(summary.failed > 0)),
         Err(error @ CheckError::BadUse(_)) => complain(&error, 2),
+        Err(error) => complain(&error, 1),
+    }
+}
+
+fn bench_gas(arguments: &GasArguments) -> ExitCode {
+    let lattice = Lattice {
+        count: arguments.discs as usize,
+        area_fraction: arguments.area_fraction,
+        size_ratio: arguments.size_ratio,
+        mass_max: arguments.mass_max,
+        walled: arguments.boundary == "walls",
+        seed: arguments.seed,
+    };
+    let method = match arguments.method.as_str() {
+        "events" => Some(Method::Events),
+        "plain" => Some(Method::Plain),
+        _ => None,
+    };
+    let gas = Gas { lattice, restitution: arguments.restitution, melt: arguments.melt };
+    let options =
+        bench::Options { gas, method, collisions: arguments.collisions, json: arguments.json };
+    match bench::bench(&options, &mut std::io::stdout().lock()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error @ BenchError::BadUse(_)) => complain(&error, 2),
         Err(error) => complain(&error, 1),
     }
 }
@@ -128,6 +203,18 @@ fn seconds(text: &str) -> Result<f64, String> {
 
 fn at_least_0(text: &str) -> Result<f64, String> {
     number(text, |x| x >= 0.0, "a number of 0 or more")
+}
+
+fn at_least_1(text: &str) -> Result<f64, String> {
+    number(text, |x| x >= 1.0, "a number of 1 or more")
+}
+
+fn at_most_1(text: &str) -> Result<f64, String> {
+    number(text, |x| (0.0..=1.0).contains(&x), "a number from 0 to 1")
+}
+
+fn fraction(text: &str) -> Result<f64, String> {
+    number(text, |x| x > 0.0 && x < 0.9, "a number above 0 and below 0.9")
 }
 
 fn number(text: &str, right: impl Fn(f64) -> bool, wanted: &str) -> Result<f64, String> {

@@ -77,6 +77,23 @@ impl Arena {
         each!(self, method => method.advance(until, contacts))
     }
 
+    /// The same without a record of the contacts.
+    ///
+    /// # Errors
+    /// As [`Self::advance`].
+    pub fn pass(&mut self, until: f64) -> Result<(), Stall> {
+        each!(self, method => method.pass(until))
+    }
+
+    /// Largest distance from contact of a simulated pair when it collided, in units of the smaller
+    /// radius; the plain method tells overlaps only.
+    pub fn largest_miss(&self) -> f64 {
+        match self {
+            Self::Plain(method) => method.largest_overlap(),
+            Self::Events(method) => method.largest_overlap().max(method.largest_gap()),
+        }
+    }
+
     /// Gives a simulated disc, if it is there, a new velocity from now on.
     pub fn set_velocity(&mut self, id: DiscId, velocity: DVec2) {
         each!(self, method => method.set_velocity(id, velocity));

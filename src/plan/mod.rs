@@ -1,6 +1,9 @@
 //! The plan: what a scene needs, decided once and only here. What it does not need is left out.
 
+use std::fmt;
+
 use glam::DVec2;
+use serde::Serialize;
 
 use crate::motion::events::Events;
 use crate::motion::plain::{Laws, is_extreme};
@@ -24,12 +27,22 @@ pub enum BroadPhase {
 }
 
 /// How an arena moves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Method {
     /// [`crate::motion::plain`]
     Plain,
     /// [`crate::motion::events`]
     Events,
+}
+
+impl fmt::Display for Method {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Plain => "plain",
+            Self::Events => "events",
+        })
+    }
 }
 
 /// What was decided for one scene.
@@ -67,6 +80,25 @@ impl Plan {
             plan.method = Method::Events;
         }
         plan
+    }
+
+    /// Takes the method that somebody asked for instead.
+    ///
+    /// # Errors
+    /// Why that method does not suit the scene.
+    pub fn choose(
+        &mut self,
+        method: Option<Method>,
+        settings: &Settings,
+        pucks: &[Disc],
+    ) -> Result<(), String> {
+        let Some(method) = method else { return Ok(()) };
+        if method == Method::Events && !Events::suits(&self.laws(settings), pucks) {
+            let lacks = "gravity, extreme units and periodic boxes of less than five diameters";
+            return Err(format!("method events does not do {lacks}"));
+        }
+        self.method = method;
+        Ok(())
     }
 
     /// The laws of the arena, with the parts that it needs.

@@ -93,6 +93,12 @@ impl Placed {
     }
 }
 
+/// The pucks of a batch wherever they fall, overlapping or not.
+pub fn scattered(batch: &Batch) -> Vec<Disc> {
+    let mut random = Pcg64::seed_from_u64(batch.seed);
+    (0..batch.count as u32).map(|id| draw(batch, id, &mut random)).collect()
+}
+
 /// One puck at a random place, which may overlap another.
 fn draw(batch: &Batch, id: u32, random: &mut Pcg64) -> Disc {
     let radius = uniform(random, batch.radius.min, batch.radius.max);

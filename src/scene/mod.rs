@@ -1,11 +1,13 @@
 //! Scenes: an arena and its pucks, from a YAML file or shipped with the program.
 //!
 //! [`mod@file`] is the format and its checks, [`batch`] places random pucks from a seed,
-//! [`shipped`] are the scenes in `config/`. Nothing here moves.
+//! [`lattice`] on a lattice; [`shipped`] are the scenes in `config/`. Nothing here moves.
 
 pub mod file;
 
 pub mod batch;
+
+pub mod lattice;
 
 pub mod shipped;
 

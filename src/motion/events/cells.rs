@@ -197,6 +197,17 @@ impl Cells {
         (0..3).map(move |row| corner + row * stride).map(move |start| start..start + width)
     }
 
+    /// Names the discs in the three by three cells around a cell, but for those beyond.
+    #[inline(always)]
+    pub fn for_each_near(&self, place: Place, mut name: impl FnMut(usize)) {
+        for row in self.rows_around(place) {
+            for cell in self.numbers[row].chunks_exact(self.size) {
+                let held = (cell[self.size - 1] as usize).min(self.size - 1);
+                cell[..held].iter().for_each(|&disc| name(disc as usize));
+            }
+        }
+    }
+
     /// Puts a disc into a cell.
     pub fn add(&mut self, place: Place, disc: u32) {
         self.for_each_image(place, |cells, start| cells.add_at(start, disc));

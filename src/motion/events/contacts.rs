@@ -215,26 +215,23 @@ impl Events {
     pub(super) fn fetch_ahead(&self) {
         let open = self.calendar.open();
         let ahead = |by: usize| open.len().checked_sub(by).map(|at| self.calendar.disc(open[at]));
-        if let Some(k) = ahead(12) {
+        if let Some(k) = ahead(24) {
             prefetch(&self.dues, k);
             prefetch(&self.flights, k);
         }
-        if let Some(k) = ahead(8) {
+        if let Some(k) = ahead(16) {
             let due = &self.dues[k];
-            self.cells.rows_around(due.place).for_each(|row| {
-                prefetch(self.cells.numbers(), row.start);
-                prefetch(self.cells.numbers(), row.end - 1);
-            });
             let partner = (due.partner & !TIE) as usize;
             prefetch(&self.dues, partner);
             prefetch(&self.flights, partner);
-        }
-        if let Some(k) = ahead(5) {
-            for row in self.cells.rows_around(self.dues[k].place) {
-                for &near in &self.cells.numbers()[row] {
-                    prefetch(&self.flights, near as usize);
-                }
+            for row in self.cells.rows_around(due.place) {
+                prefetch(self.cells.numbers(), row.start);
+                prefetch(self.cells.numbers(), row.start + 16);
+                prefetch(self.cells.numbers(), row.end - 1);
             }
+        }
+        if let Some(k) = ahead(8) {
+            self.cells.for_each_near(self.dues[k].place, |near| prefetch(&self.flights, near));
         }
     }
 }

@@ -302,6 +302,14 @@ impl Plain {
         Ok(())
     }
 
+    /// The same without a record of the contacts.
+    ///
+    /// # Errors
+    /// As [`Self::advance`].
+    pub fn pass(&mut self, until: f64) -> Result<(), Stall> {
+        self.advance(until, &mut Vec::new())
+    }
+
     /// Gives a simulated disc, if it is there, a new velocity from now on.
     pub fn set_velocity(&mut self, id: DiscId, velocity: DVec2) {
         let Some(k) = self.find(id, Owner::Simulated) else { return };

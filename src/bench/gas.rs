@@ -1,0 +1,150 @@
+//! The gas that is measured, and what its physics must be.
+//!
+//! Equal elastic discs collide as often as kinetic theory says: `4 phi chi v / d` a disc, with
+//! `chi` from the equation of state of Santos, Lopez de Haro and Yuste (doi:10.1063/1.469762). For
+//! other scenes there is no such number; energy and the distance at contact are checked in all.
+
+use std::fmt;
+
+use glam::DVec2;
+use serde::Serialize;
+
+use crate::motion::arena::Arena;
+use crate::scene::lattice::Lattice;
+use crate::world::{Disc, Periodic, Settings, Walls};
+
+/// Largest distance from contact at a collision, in smaller radii, and relative energy drift.
+const ERROR_MAX: f64 = 1e-9;
+
+/// A gas to be measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gas {
+    /// Where and what.
+    pub lattice: Lattice,
+    /// Restitution of pairs and walls.
+    pub restitution: f64,
+    /// Collisions of a disc before anything is measured.
+    pub melt: f64,
+}
+
+impl Gas {
+    /// The laws and the discs.
+    ///
+    /// # Errors
+    /// What is wrong with the numbers.
+    pub fn scene(&self) -> Result<(Settings, Vec<Disc>), String> {
+        let crowded = || {
+            let fraction = self.lattice.area_fraction;
+            format!("discs at area fraction {fraction} do not fit on the lattice: choose it lower")
+        };
+        let (discs, side) = self.lattice.discs().ok_or_else(crowded)?;
+        let (min, max) = (DVec2::ZERO, DVec2::splat(side));
+        let walls = Walls { min, max, restitution: self.restitution };
+        let settings = Settings {
+            restitution: self.restitution,
+            periodic: (!self.lattice.walled).then_some(Periodic { min, max }),
+            walls: self.lattice.walled.then_some(walls),
+            ..Settings::default()
+        };
+        Ok((settings, discs))
+    }
+
+    /// Collisions of all discs before anything is measured.
+    pub fn melt_collisions(&self) -> u64 {
+        (0.5 * self.melt * self.lattice.count as f64) as u64
+    }
+
+    /// Judges a run of so many contacts in so many seconds.
+    pub fn judge(&self, arena: &Arena, contacts: u64, seconds: f64) -> Judgement {
+        let rate = 2.0 * contacts as f64 / (self.lattice.count as f64 * seconds);
+        let simple = self.restitution == 1.0
+            && self.lattice.size_ratio == 1.0
+            && self.lattice.mass_max == 1.0
+            && !self.lattice.walled;
+        Judgement {
+            rate,
+            rate_expected: expected_rate(self.lattice.area_fraction).filter(|_| simple),
+            energy_drift: arena.relative_energy_drift(),
+            largest_miss: arena.largest_miss(),
+        }
+    }
+}
+
+/// Collisions of a disc per unit of time, with `kT = m = d = 1`, and how far off the equation of
+/// state may be; `None` where it does not hold.
+fn expected_rate(area_fraction: f64) -> Option<(f64, f64)> {
+    const CLOSEST: f64 = 0.906_899_682_117_108_9;
+    let eta = area_fraction;
+    let square = (2.0 * CLOSEST - 1.0) / (CLOSEST * CLOSEST);
+    let factor = 1.0 / (1.0 - 2.0 * eta + square * eta * eta);
+    let chi = (factor - 1.0) / (2.0 * eta);
+    let density = eta * std::f64::consts::FRAC_2_SQRT_PI * std::f64::consts::FRAC_2_SQRT_PI;
+    let tolerance = if eta <= 0.55 { 0.03 } else { 0.08 };
+    (eta <= 0.69).then_some((2.0 * std::f64::consts::PI.sqrt() * density * chi, tolerance))
+}
+
+/// What was checked in a run.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Judgement {
+    /// Collisions of a disc per second of its time.
+    pub rate: f64,
+    /// What it should be, and by what part it may differ.
+    pub rate_expected: Option<(f64, f64)>,
+    /// Relative energy drift.
+    pub energy_drift: f64,
+    /// Largest distance from contact at a collision, in smaller radii.
+    pub largest_miss: f64,
+}
+
+impl Judgement {
+    /// What is wrong, if anything.
+    ///
+    /// # Errors
+    /// The first thing that is.
+    pub fn verdict(&self) -> Result<(), String> {
+        if let Some((rate, part)) = self.rate_expected
+            && !((self.rate / rate - 1.0).abs() <= part)
+        {
+            return Err(format!(
+                "{:.4} collisions a disc and second, must be {rate:.4}",
+                self.rate
+            ));
+        }
+        if !(self.energy_drift.abs() <= ERROR_MAX) {
+            return Err(format!("relative energy drift {:e}", self.energy_drift));
+        }
+        if !(self.largest_miss <= ERROR_MAX) {
+            return Err(format!("a collision {:e} radii from contact", self.largest_miss));
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Display for Judgement {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:>10.4} collisions of a disc per second", self.rate)?;
+        if let Some((rate, part)) = self.rate_expected {
+            write!(f, " (kinetic theory: {rate:.4} within {} %)", 100.0 * part)?;
+        }
+        writeln!(f, "\n{:>+10.1e} relative energy drift", self.energy_drift)?;
+        write!(f, "{:>10.1e} radii from contact at most at a collision", self.largest_miss)
+    }
+}
+
+impl fmt::Display for Gas {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Lattice { count, area_fraction, size_ratio, mass_max, walled, seed } = self.lattice;
+        let boundary = if walled { "walls" } else { "periodic" };
+        write!(f, "{count} discs, area fraction {area_fraction}, {boundary}, seed {seed}")?;
+        if size_ratio != 1.0 {
+            write!(f, ", sizes 1:{size_ratio}")?;
+        }
+        if mass_max != 1.0 {
+            write!(f, ", masses 1 to {mass_max}")?;
+        }
+        if self.restitution != 1.0 {
+            write!(f, ", restitution {}", self.restitution)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,152 @@
+//! `carom bench`: one measured run, whose physics is checked before its time is told.
+//!
+//! A [gas] of discs melts from a lattice, untimed; then its collisions are timed in blocks. A wrong
+//! answer prints no time. The only stopwatch and the only look at the memory are in this file.
+
+pub mod gas;
+
+use std::io::{self, Write};
+use std::time::Instant;
+
+use serde::Serialize;
+
+use crate::motion::arena::Arena;
+use crate::plan::{Method, Plan};
+use gas::{Gas, Judgement};
+
+/// Timed blocks of a run.
+const BLOCKS: u32 = 5;
+
+/// Why there is no time.
+#[derive(Debug, thiserror::Error)]
+pub enum BenchError {
+    /// Options that make no scene.
+    #[error("{0}")]
+    BadUse(String),
+    /// The run was wrong.
+    #[error("no time: {0}")]
+    Wrong(String),
+    /// The output.
+    #[error("cannot write: {0}")]
+    Output(#[from] io::Error),
+}
+
+/// What is measured, and how it is told.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// The scene.
+    pub gas: Gas,
+    /// The method; `None` = the plan chooses.
+    pub method: Option<Method>,
+    /// Collisions of pairs and walls to be timed.
+    pub collisions: u64,
+    /// One JSON object instead of words.
+    pub json: bool,
+}
+
+/// What a run gave.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Measured {
+    /// Which method it was.
+    pub method: Method,
+    /// Median of the blocks, ns for a collision.
+    pub ns_per_collision: f64,
+    /// The quickest block, ns for a collision.
+    pub ns_per_collision_min: f64,
+    /// Until the first collision could be computed, s.
+    pub start_up_s: f64,
+    /// Memory that the arena took, bytes for a disc; `None` where the system does not tell.
+    pub bytes_per_disc: Option<f64>,
+    /// Collisions timed.
+    pub collisions: u64,
+    /// What was checked.
+    #[serde(flatten)]
+    pub judgement: Judgement,
+}
+
+/// Runs, judges and tells.
+///
+/// # Errors
+/// [`BenchError`]; of a wrong run no time is told.
+pub fn bench(options: &Options, out: &mut impl Write) -> Result<(), BenchError> {
+    let measured = measure(options)?;
+    measured.judgement.verdict().map_err(BenchError::Wrong)?;
+    if options.json {
+        let text = serde_json::to_string_pretty(&measured).map_err(io::Error::from)?;
+        return Ok(writeln!(out, "{text}")?);
+    }
+    tell(options, &measured, out)?;
+    Ok(())
+}
+
+fn measure(options: &Options) -> Result<Measured, BenchError> {
+    let before = resident();
+    let (settings, discs) = options.gas.scene().map_err(BenchError::BadUse)?;
+    let count = discs.len() as f64;
+    let mut plan = Plan::of(&settings, &discs);
+    plan.choose(options.method, &settings, &discs).map_err(BenchError::BadUse)?;
+    let start = Instant::now();
+    let mut arena = Arena::new(&plan, plan.laws(&settings), &discs);
+    let start_up_s = start.elapsed().as_secs_f64();
+    drop(discs);
+    pass(&mut arena, options.gas.melt_collisions())?;
+    let (contacts, began) = (arena.contacts(), arena.now());
+    let mut blocks = Vec::new();
+    for _ in 0..BLOCKS {
+        let (first, start) = (arena.contacts(), Instant::now());
+        pass(&mut arena, options.collisions / u64::from(BLOCKS))?;
+        let seconds = start.elapsed().as_secs_f64();
+        blocks.push(1e9 * seconds / (arena.contacts() - first) as f64);
+    }
+    blocks.sort_by(f64::total_cmp);
+    let taken = before.zip(resident()).map(|(before, after)| (after - before) / count);
+    let contacts = arena.contacts() - contacts;
+    Ok(Measured {
+        method: plan.method,
+        ns_per_collision: blocks[blocks.len() / 2],
+        ns_per_collision_min: blocks[0],
+        start_up_s,
+        bytes_per_disc: taken,
+        collisions: contacts,
+        judgement: options.gas.judge(&arena, contacts, arena.now() - began),
+    })
+}
+
+/// Goes on for so many collisions.
+fn pass(arena: &mut Arena, collisions: u64) -> Result<(), BenchError> {
+    let target = arena.contacts() + collisions.max(1);
+    let mut idle = 0;
+    while arena.contacts() < target {
+        let before = arena.contacts();
+        // No wall and no partner left is a scene in which nothing more happens.
+        arena.pass(arena.now() + 1e9).map_err(|stall| BenchError::Wrong(stall.to_string()))?;
+        idle = if arena.contacts() == before { idle + 1 } else { 0 };
+        if idle > 10_000 {
+            return Err(BenchError::Wrong("the discs meet no more".to_owned()));
+        }
+    }
+    Ok(())
+}
+
+/// Memory that this process occupies, bytes, where the system tells.
+fn resident() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
+    let kilobytes: f64 = line.split_whitespace().next()?.parse().ok()?;
+    Some(1024.0 * kilobytes)
+}
+
+fn tell(options: &Options, measured: &Measured, out: &mut impl Write) -> io::Result<()> {
+    let Measured { judgement, .. } = measured;
+    writeln!(out, "{}, method {}", options.gas, measured.method)?;
+    writeln!(
+        out,
+        "{:>10.1} ns per collision (median of {BLOCKS} blocks, least {:.1}; {} collisions)",
+        measured.ns_per_collision, measured.ns_per_collision_min, measured.collisions
+    )?;
+    writeln!(out, "{:>10.3} s to start", measured.start_up_s)?;
+    if let Some(bytes) = measured.bytes_per_disc {
+        writeln!(out, "{bytes:>10.0} bytes a disc")?;
+    }
+    writeln!(out, "{judgement}")
+}
