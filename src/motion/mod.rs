@@ -3,6 +3,7 @@
 //! | method | what it is | error |
 //! |---|---|---|
 //! | [`plain`] | the next collision, then the next; the judge of every faster one | rounding |
+//! | [`ticks`] | exact within a control tick, for velocities set at each | rounding |
 //! | [`steps`] | a fixed step, contacts found at its end | first order in the step |
 //! | [`springs`] | contacts that give way: spring and dashpot | the model's: k^-1/2 |
 //!
@@ -13,6 +14,8 @@
 pub mod plain;
 
 pub mod events;
+
+pub mod ticks;
 
 pub mod steps;
 

@@ -1,0 +1,309 @@
+//! What happens within a window: who meets whom and which wall, in order of time.
+
+use std::cmp::Reverse;
+
+use super::Ticks;
+use super::bodies::{Seen, Sizes};
+use crate::detect::impact::{
+    Relative, may_meet_within, pair_impact, pair_impact_at_any_scale, pair_impacts, wall_impact,
+};
+use crate::resolve::pair::{approach, rounding_speed};
+use crate::world::{Disc, Side, Walls};
+
+/// Mean ways of discs in a window, in mean radii: in longer ones most discs would be near to most.
+const WAY_MAX: f64 = 1.0;
+
+/// Most halvings of a tick for the sake of that.
+const HALVINGS_MAX: u32 = 20;
+
+/// A predicted event. The greatest is the next one: the earliest, of equals the one of the smallest
+/// index, and its walls before its partners.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Event(Reverse<Key>);
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Key {
+    /// Bits of the offset: ordered as offsets are, since none is below 0.
+    time: u64,
+    /// The smaller index.
+    first: u32,
+    with: With,
+    /// Changes of the two when this was predicted.
+    changes: [u32; 2],
+}
+
+/// What a disc meets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum With {
+    Wall(Side),
+    Body(u32),
+}
+
+impl Event {
+    /// Offset, s.
+    pub fn time(&self) -> f64 {
+        f64::from_bits(self.0.0.time)
+    }
+
+    /// The disc with the smaller index.
+    pub fn first(&self) -> usize {
+        self.0.0.first as usize
+    }
+
+    /// What it meets.
+    pub fn with(&self) -> With {
+        self.0.0.with
+    }
+}
+
+/// Meetings that are looked at side by side.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Forecast {
+    pairs: Vec<[u32; 2]>,
+    relative: Vec<Relative>,
+    times: Vec<f64>,
+}
+
+impl Ticks {
+    /// Plans the window that begins now; returns the offset at which it ends.
+    pub(super) fn plan(&mut self) -> f64 {
+        let sizes = self.bodies.look(self.present);
+        let end = self.end_of_window(&sizes);
+        self.window_end = Some(end);
+        let horizon = end - self.present.offset;
+        if self.laws.extreme_units {
+            self.neighbours.prepare_none(self.bodies.len());
+        } else {
+            self.neighbours.prepare(&self.bodies, &sizes, horizon);
+        }
+        self.events.clear();
+        self.foresee_walls(horizon);
+        self.foresee_pairs(horizon);
+        end
+    }
+
+    /// The next event up to an offset, taken out.
+    pub(super) fn next_event(&mut self, latest: f64) -> Option<Event> {
+        while let Some(event) = self.events.peek()
+            && event.time() <= latest
+        {
+            let event = self.events.pop()?;
+            if self.is_valid(&event) {
+                return Some(event);
+            }
+        }
+        None
+    }
+
+    /// Whether the discs of an event fly as they did when it was predicted.
+    fn is_valid(&self, event: &Event) -> bool {
+        let key = &event.0.0;
+        self.changes(key.first as usize, key.with) == key.changes
+    }
+
+    fn changes(&self, first: usize, with: With) -> [u32; 2] {
+        let of = |k: usize| self.body(k).changes;
+        match with {
+            With::Wall(_) => [of(first); 2],
+            With::Body(k) => [of(first), of(k as usize)],
+        }
+    }
+
+    fn push_event(&mut self, time: f64, first: usize, with: With) {
+        let changes = self.changes(first, with);
+        // Adding 0 makes a 0 of the other sign the usual one.
+        let time = (time + 0.0).to_bits();
+        self.events.push(Event(Reverse(Key { time, first: first as u32, with, changes })));
+    }
+
+    /// The tick's end, or a part of a tick by powers of two: the first such mark ahead.
+    fn end_of_window(&mut self, sizes: &Sizes) -> f64 {
+        let mut length = self.tick_s;
+        let longest = WAY_MAX * sizes.radius_mean / sizes.speed_mean;
+        if !self.laws.extreme_units {
+            let halve = (0..HALVINGS_MAX).take_while(|_| {
+                let long = length > longest;
+                length *= if long { 0.5 } else { 1.0 };
+                long
+            });
+            halve.for_each(drop);
+        }
+        if let Some(periodic) = self.laws.periodic {
+            // For so long the nearest images stay those that touch next: another is half a box away
+            // on one axis, and must come to the reach. The margin is rounding.
+            let half = 0.5 * periodic.size().min_element();
+            let widest = 2.0 * sizes.radius_max;
+            let way = (half - widest).max(half / 64.0) * (1.0 - 1e-9);
+            while 2.0 * sizes.component_max * length > way {
+                length *= 0.5;
+            }
+            self.speed_allowed = way / (2.0 * length);
+        }
+        let mark = ((self.present.offset / length).floor() + 1.0) * length;
+        if mark > self.present.offset { mark.min(self.tick_s) } else { self.tick_s }
+    }
+
+    fn foresee_walls(&mut self, horizon: f64) {
+        let Some(walls) = self.laws.walls else { return };
+        for k in 0..self.bodies.len() {
+            let Seen { position, velocity, radius, .. } = self.bodies.seen[k];
+            let ahead = position + velocity * horizon;
+            if (!walls.contain(ahead, radius) || self.laws.extreme_units)
+                && self.body(k).is_simulated()
+            {
+                self.foresee_wall(k, &self.bodies.at(k, self.present), &walls, self.present.offset);
+            }
+        }
+    }
+
+    /// The wall that a disc meets next, if it does so in the window.
+    fn foresee_wall(&mut self, k: usize, disc: &Disc, walls: &Walls, offset: f64) {
+        let hit = wall_impact(disc.position, disc.velocity, disc.radius, walls);
+        if let Some(hit) = hit.filter(|hit| self.is_in_window(offset + hit.time)) {
+            self.push_event(offset + hit.time, k, With::Wall(hit.side));
+        }
+    }
+
+    fn is_in_window(&self, offset: f64) -> bool {
+        self.window_end.is_some_and(|end| offset <= end)
+    }
+
+    fn foresee_pairs(&mut self, horizon: f64) {
+        let (laws, seen) = (&self.laws, &self.bodies.seen[..]);
+        let Forecast { pairs, relative, times } = &mut self.forecast;
+        pairs.clear();
+        relative.clear();
+        self.neighbours.for_each_pair(|i, j| {
+            let (a, b) = (&seen[i], &seen[j]);
+            let (mut d, w) = (b.position - a.position, b.velocity - a.velocity);
+            if let Some(periodic) = &laws.periodic {
+                d += periodic.shift(d);
+            }
+            let s = a.radius + b.radius;
+            if laws.extreme_units || may_meet_within(d, w, s, horizon) {
+                pairs.push([i as u32, j as u32]);
+                relative.push(Relative { d, w, s });
+            }
+        });
+        times.resize(pairs.len(), 0.0);
+        if laws.extreme_units {
+            for (time, Relative { d, w, s }) in times.iter_mut().zip(relative) {
+                *time = pair_impact_at_any_scale(*d, *w, *s).unwrap_or(f64::INFINITY);
+            }
+        } else {
+            pair_impacts(relative, times);
+        }
+        for k in 0..self.forecast.pairs.len() {
+            let ([i, j], time) = (self.forecast.pairs[k], self.forecast.times[k]);
+            let offset = self.present.offset + time;
+            let (i, j) = (i as usize, j as usize);
+            if self.is_in_window(offset) && self.may_collide(i, j, time) {
+                self.push_event(offset, i, With::Body(j as u32));
+            }
+        }
+    }
+
+    /// Whether two discs that meet in so many seconds from now have a contact then.
+    fn may_collide(&self, i: usize, j: usize, time: f64) -> bool {
+        if !self.body(i).can_collide_with(self.body(j)) {
+            return false;
+        }
+        if time > 0.0 {
+            return true;
+        }
+        // Touching already: the resolver has the last word on whether they approach.
+        let a = self.bodies.at(i, self.present);
+        let b = self.bodies.near(a.position, self.bodies.at(j, self.present));
+        approaches_beyond_rounding(&a, &b)
+    }
+
+    /// Predicts discs whose flights began anew at the present.
+    pub(super) fn predict_again(&mut self, changed: &[usize]) {
+        let Some(end) = self.window_end else { return };
+        let horizon = end - self.present.offset;
+        for &k in changed {
+            self.bodies.bodies[k].changes += 1;
+            let flight = &self.bodies.flights[k];
+            if flight.velocity.abs().max_element() > self.speed_allowed {
+                // Too fast for the images of this window.
+                self.window_end = None;
+                return;
+            }
+            self.neighbours.follow(k, flight.start, flight.velocity.length() * horizon);
+        }
+        for (place, &k) in changed.iter().enumerate() {
+            let disc = self.bodies.at(k, self.present);
+            if let Some(walls) = self.laws.walls.filter(|_| self.body(k).is_simulated()) {
+                self.foresee_wall(k, &disc, &walls, self.present.offset);
+            }
+            self.meet_neighbours(k, &disc, horizon, &changed[..place]);
+            for n in 0..self.forecast.pairs.len() {
+                let ([_, j], time) = (self.forecast.pairs[n], self.forecast.times[n]);
+                let (first, second) = (k.min(j as usize), k.max(j as usize));
+                if self.is_in_window(self.present.offset + time) {
+                    let with = With::Body(second as u32);
+                    self.push_event(self.present.offset + time, first, with);
+                }
+            }
+        }
+    }
+
+    /// Notes when a disc meets its neighbours, but for those that are done.
+    fn meet_neighbours(&mut self, k: usize, disc: &Disc, horizon: f64, done: &[usize]) {
+        let Forecast { pairs, times, .. } = &mut self.forecast;
+        pairs.clear();
+        times.clear();
+        let (bodies, extreme) = (&self.bodies, self.laws.extreme_units);
+        for j in self.neighbours.of(k) {
+            let other = &bodies.bodies[j];
+            if j == k || done.contains(&j) || !bodies.bodies[k].can_collide_with(other) {
+                continue;
+            }
+            let other = bodies.near(disc.position, bodies.at(j, self.present));
+            if let Some(time) = meeting(disc, &other, horizon, extreme) {
+                pairs.push([k as u32, j as u32]);
+                times.push(time);
+            }
+        }
+    }
+
+    /// Adds to a group of contacts at one instant what touches any of its discs by `latest`.
+    pub(super) fn complete_group(&mut self, latest: f64) {
+        let wait = latest - self.present.offset;
+        let mut seen = 0;
+        while let Some(&(i, j)) = self.together.get(seen) {
+            seen += 1;
+            for k in [i, j] {
+                let disc = self.bodies.at(k, self.present);
+                self.meet_neighbours(k, &disc, wait, &[]);
+                for n in 0..self.forecast.pairs.len() {
+                    let pair = self.by_id(k, self.forecast.pairs[n][1] as usize);
+                    if self.forecast.times[n] <= wait && !self.together.contains(&pair) {
+                        self.together.push(pair);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Time until two discs collide, s, if that is within the horizon.
+fn meeting(a: &Disc, b: &Disc, horizon: f64, extreme_units: bool) -> Option<f64> {
+    let (d, w) = (b.position - a.position, b.velocity - a.velocity);
+    let reach = a.radius + b.radius;
+    let time = if extreme_units {
+        pair_impact_at_any_scale(d, w, reach)?
+    } else if may_meet_within(d, w, reach, horizon) {
+        pair_impact(d, w, reach)?
+    } else {
+        return None;
+    };
+    // Touching already: the resolver has the last word on whether they approach.
+    (time > 0.0 || approaches_beyond_rounding(a, b)).then_some(time)
+}
+
+/// Whether two discs in contact approach by more than the rounding of their velocities; a pair that
+/// does not creeps by some 1e-16 of its speed instead of colliding.
+fn approaches_beyond_rounding(a: &Disc, b: &Disc) -> bool {
+    approach(a, b).is_some_and(|(_, speed)| speed > rounding_speed(a, b))
+}
