@@ -14,4 +14,5 @@ mod resolve;
 mod scene;
 mod springs;
 mod steps;
+mod ticks;
 mod world;

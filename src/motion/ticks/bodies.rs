@@ -44,8 +44,6 @@ pub(super) struct Body {
     pub last_contact: Moment,
     /// Contacts in a row, each within the contact time of the one before.
     pub quick_contacts: u32,
-    /// Counts the changes of its flight: a prediction from before one is void.
-    pub changes: u32,
 }
 
 impl Body {
@@ -132,7 +130,6 @@ impl Bodies {
             mass: disc.mass,
             last_contact: Moment::NEVER,
             quick_contacts: 0,
-            changes: 0,
         });
     }
 

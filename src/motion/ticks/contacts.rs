@@ -1,7 +1,7 @@
 //! What happens at an event: the contact is resolved, booked and noted, and whoever took part is
 //! predicted again. Contacts at the same instant that share a disc are resolved together.
 
-use super::predict::{Event, With};
+use super::agenda::{Event, With};
 use super::{Body, Ticks};
 use crate::detect::Pair;
 use crate::detect::touching::gap;
@@ -18,8 +18,8 @@ const SAME_INSTANT: f64 = 16.0 * UNIT_ROUNDOFF;
 impl Ticks {
     /// Lets an event happen at the present, which is its time.
     pub(super) fn process(&mut self, event: Event, contacts: &mut Vec<Contact>) {
-        let k = event.first();
-        match event.with() {
+        let k = event.first as usize;
+        match event.with {
             With::Wall(side) => self.bounce_off(k, side, contacts),
             // A group may close around a periodic box, where no image shows it whole.
             With::Body(partner) if self.laws.periodic.is_some() => {
@@ -48,25 +48,19 @@ impl Ticks {
         let latest = offset + SAME_INSTANT * offset.max(self.scale);
         self.together.clear();
         self.together.push(pair);
-        self.aside.clear();
-        while let Some(event) = self.next_event(latest) {
-            self.aside.push(event);
-        }
-        let mut found = true;
-        while found {
-            found = false;
-            for event in &self.aside {
-                let With::Body(partner) = event.with() else { continue };
-                let (k, l) = self.by_id(event.first(), partner as usize);
-                let shares = |&(i, j): &Pair| i == k || i == l || j == k || j == l;
-                if self.together.iter().any(shares) && !self.together.contains(&(k, l)) {
-                    self.together.push((k, l));
-                    found = true;
+        let mut seen = 0;
+        while let Some(&(i, j)) = self.together.get(seen) {
+            seen += 1;
+            for k in [i, j] {
+                for event in self.agenda.of(k).filter(|event| event.time <= latest) {
+                    let With::Body(partner) = event.with else { continue };
+                    let pair = self.by_id(event.first as usize, partner as usize);
+                    if !self.together.contains(&pair) {
+                        self.together.push(pair);
+                    }
                 }
             }
         }
-        // Those of the group become void.
-        self.events.extend(self.aside.drain(..));
         if self.together.len() > 1 {
             self.complete_group(latest);
         }
@@ -84,7 +78,7 @@ impl Ticks {
         let place = |k: usize| places.partition_point(|&other| other < k);
         let local: Vec<Pair> = pairs.iter().map(|&(i, j)| (place(i), place(j))).collect();
         for (&(i, j), &(a, b)) in pairs.iter().zip(&local) {
-            self.note_overlap(i, j, &before[a], &before[b]);
+            self.note_overlap(i, j, gap(&before[a], &before[b]));
         }
         let restitution = self.restitution(self.laws.restitution, &places);
         let mut after = before.clone();
@@ -105,11 +99,13 @@ impl Ticks {
         let b = self.bodies.near(a.position, b);
         let restitution = self.restitution(self.laws.restitution, &[i, j]);
         if let Some(impact) = collide(&a, &b, restitution) {
+            let contact = pair_contact(&a, &b, &impact, self.now);
+            self.note_overlap(i, j, contact.gap);
             self.book_pair((i, &a), (j, &b), &impact);
             self.bodies.flights[i].velocity = impact.velocity_a;
             self.bodies.flights[j].velocity = impact.velocity_b;
             self.note_contacts(&[i, j], 1);
-            contacts.push(pair_contact(&a, &b, &impact, self.now));
+            contacts.push(contact);
         }
         self.predict_again(&[i, j]);
     }
@@ -163,7 +159,6 @@ impl Ticks {
 
     /// Books what a contact does to the energy of simulated discs.
     fn book_pair(&mut self, a: (usize, &Disc), b: (usize, &Disc), impact: &Impact) {
-        self.note_overlap(a.0, b.0, a.1, b.1);
         if self.body(a.0).is_closed() && self.body(b.0).is_closed() {
             self.energy.book(-impact.energy_loss);
             return;
@@ -196,10 +191,10 @@ impl Ticks {
         self.energy.book(work.value());
     }
 
-    fn note_overlap(&mut self, i: usize, j: usize, a: &Disc, b: &Disc) {
-        if self.body(i).is_simulated() && self.body(j).is_simulated() {
-            let overlap = -gap(a, b) / a.radius.min(b.radius);
-            self.largest_overlap = self.largest_overlap.max(overlap);
+    fn note_overlap(&mut self, i: usize, j: usize, gap: f64) {
+        let (a, b) = (self.body(i), self.body(j));
+        if a.is_simulated() && b.is_simulated() {
+            self.largest_overlap = self.largest_overlap.max(-gap / a.radius.min(b.radius));
         }
     }
 }

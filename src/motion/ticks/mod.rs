@@ -22,13 +22,14 @@
 //! depend on where one stops to look. A tick without a command re-predicts, but begins no flight:
 //! flights last from contact to contact, however many ticks that are.
 
+mod agenda;
 mod bodies;
 mod cells;
 mod contacts;
 mod neighbours;
 mod predict;
 
-use std::collections::{BinaryHeap, HashSet};
+use std::collections::HashSet;
 
 use glam::DVec2;
 
@@ -37,9 +38,10 @@ use super::plain::{Laws, Stall, is_extreme};
 use crate::detect::Pair;
 use crate::exact::{RunningSum, power_of_two_near};
 use crate::world::{Contact, Disc, DiscId, Owner, limits};
+use agenda::{Agenda, Event};
 use bodies::{Bodies, Body, Moment};
 use neighbours::Neighbours;
-use predict::{Event, Forecast};
+use predict::Forecast;
 
 /// The state of an arena under the method of ticks.
 #[derive(Clone, Debug)]
@@ -57,11 +59,10 @@ pub struct Ticks {
     speed_allowed: f64,
     bodies: Bodies,
     neighbours: Neighbours,
-    /// What happens within the window; void events stay until they come up.
-    events: BinaryHeap<Event>,
+    /// What happens within the window.
+    agenda: Agenda,
     forecast: Forecast,
-    /// Scratch: events and pairs at one instant.
-    aside: Vec<Event>,
+    /// Scratch: pairs that touch at one instant and share discs.
     together: Vec<Pair>,
     /// Start of the present instant, and events since.
     instant: f64,
@@ -107,9 +108,8 @@ impl Ticks {
             speed_allowed: f64::INFINITY,
             bodies: Bodies::new(tick_s, laws.periodic),
             neighbours: Neighbours::new(laws.periodic),
-            events: BinaryHeap::new(),
+            agenda: Agenda::default(),
             forecast: Forecast::default(),
-            aside: Vec::new(),
             together: Vec::new(),
             instant: 0.0,
             events_at_instant: 0,
@@ -177,8 +177,8 @@ impl Ticks {
             }
             let end = self.window_end.unwrap_or_else(|| self.plan());
             let goal = self.offset(until);
-            if let Some(event) = self.next_event(goal.min(end)) {
-                self.present.offset = event.time();
+            if let Some(event) = self.agenda.next(goal.min(end)) {
+                self.present.offset = event.time;
                 self.now = self.time(self.present).max(self.now).min(until);
                 self.count_event(event)?;
                 self.process(event, contacts);
@@ -262,8 +262,8 @@ impl Ticks {
     }
 
     fn count_event(&mut self, event: Event) -> Result<(), Stall> {
-        if event.time() > self.instant + INSTANT * self.scale {
-            (self.instant, self.events_at_instant) = (event.time(), 0);
+        if event.time > self.instant + INSTANT * self.scale {
+            (self.instant, self.events_at_instant) = (event.time, 0);
         }
         self.events_at_instant += 1;
         let events =
@@ -272,7 +272,7 @@ impl Ticks {
             // A later call starts with a fresh budget, and with predictions of its own.
             self.events_at_instant = 0;
             self.window_end = None;
-            let disc = self.bodies.bodies[event.first()].id;
+            let disc = self.bodies.bodies[event.first as usize].id;
             return Err(Stall { time: self.now, events, disc });
         }
         Ok(())

@@ -1,60 +1,19 @@
 //! What happens within a window: who meets whom and which wall, in order of time.
 
-use std::cmp::Reverse;
-
 use super::Ticks;
+use super::agenda::With;
 use super::bodies::{Seen, Sizes};
 use crate::detect::impact::{
     Relative, may_meet_within, pair_impact, pair_impact_at_any_scale, pair_impacts, wall_impact,
 };
 use crate::resolve::pair::{approach, rounding_speed};
-use crate::world::{Disc, Side, Walls};
+use crate::world::{Disc, Walls};
 
 /// Mean ways of discs in a window, in mean radii: in longer ones most discs would be near to most.
 const WAY_MAX: f64 = 1.0;
 
 /// Most halvings of a tick for the sake of that.
 const HALVINGS_MAX: u32 = 20;
-
-/// A predicted event. The greatest is the next one: the earliest, of equals the one of the smallest
-/// index, and its walls before its partners.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Event(Reverse<Key>);
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Key {
-    /// Bits of the offset: ordered as offsets are, since none is below 0.
-    time: u64,
-    /// The smaller index.
-    first: u32,
-    with: With,
-    /// Changes of the two when this was predicted.
-    changes: [u32; 2],
-}
-
-/// What a disc meets.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum With {
-    Wall(Side),
-    Body(u32),
-}
-
-impl Event {
-    /// Offset, s.
-    pub fn time(&self) -> f64 {
-        f64::from_bits(self.0.0.time)
-    }
-
-    /// The disc with the smaller index.
-    pub fn first(&self) -> usize {
-        self.0.0.first as usize
-    }
-
-    /// What it meets.
-    pub fn with(&self) -> With {
-        self.0.0.with
-    }
-}
 
 /// Meetings that are looked at side by side.
 #[derive(Clone, Debug, Default)]
@@ -76,44 +35,10 @@ impl Ticks {
         } else {
             self.neighbours.prepare(&self.bodies, &sizes, horizon);
         }
-        self.events.clear();
+        self.agenda.clear(self.bodies.len());
         self.foresee_walls(horizon);
         self.foresee_pairs(horizon);
         end
-    }
-
-    /// The next event up to an offset, taken out.
-    pub(super) fn next_event(&mut self, latest: f64) -> Option<Event> {
-        while let Some(event) = self.events.peek()
-            && event.time() <= latest
-        {
-            let event = self.events.pop()?;
-            if self.is_valid(&event) {
-                return Some(event);
-            }
-        }
-        None
-    }
-
-    /// Whether the discs of an event fly as they did when it was predicted.
-    fn is_valid(&self, event: &Event) -> bool {
-        let key = &event.0.0;
-        self.changes(key.first as usize, key.with) == key.changes
-    }
-
-    fn changes(&self, first: usize, with: With) -> [u32; 2] {
-        let of = |k: usize| self.body(k).changes;
-        match with {
-            With::Wall(_) => [of(first); 2],
-            With::Body(k) => [of(first), of(k as usize)],
-        }
-    }
-
-    fn push_event(&mut self, time: f64, first: usize, with: With) {
-        let changes = self.changes(first, with);
-        // Adding 0 makes a 0 of the other sign the usual one.
-        let time = (time + 0.0).to_bits();
-        self.events.push(Event(Reverse(Key { time, first: first as u32, with, changes })));
     }
 
     /// The tick's end, or a part of a tick by powers of two: the first such mark ahead.
@@ -160,7 +85,7 @@ impl Ticks {
     fn foresee_wall(&mut self, k: usize, disc: &Disc, walls: &Walls, offset: f64) {
         let hit = wall_impact(disc.position, disc.velocity, disc.radius, walls);
         if let Some(hit) = hit.filter(|hit| self.is_in_window(offset + hit.time)) {
-            self.push_event(offset + hit.time, k, With::Wall(hit.side));
+            self.agenda.add(offset + hit.time, k, With::Wall(hit.side));
         }
     }
 
@@ -198,7 +123,7 @@ impl Ticks {
             let offset = self.present.offset + time;
             let (i, j) = (i as usize, j as usize);
             if self.is_in_window(offset) && self.may_collide(i, j, time) {
-                self.push_event(offset, i, With::Body(j as u32));
+                self.agenda.add(offset, i, With::Body(j as u32));
             }
         }
     }
@@ -222,7 +147,7 @@ impl Ticks {
         let Some(end) = self.window_end else { return };
         let horizon = end - self.present.offset;
         for &k in changed {
-            self.bodies.bodies[k].changes += 1;
+            self.agenda.void(k);
             let flight = &self.bodies.flights[k];
             if flight.velocity.abs().max_element() > self.speed_allowed {
                 // Too fast for the images of this window.
@@ -242,7 +167,7 @@ impl Ticks {
                 let (first, second) = (k.min(j as usize), k.max(j as usize));
                 if self.is_in_window(self.present.offset + time) {
                     let with = With::Body(second as u32);
-                    self.push_event(self.present.offset + time, first, with);
+                    self.agenda.add(self.present.offset + time, first, with);
                 }
             }
         }
