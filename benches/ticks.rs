@@ -39,9 +39,12 @@ fn main() {
     let crowd = Scene { laws: arena, discs: pucks, tick: 1.0 / 60.0, speed: 1.0, drive };
     crowd.check(20);
     crowd.measure("1000 pucks, random, 60 Hz", 10);
+    let crowd = Scene { drive: Drive::Circles, ..crowd };
+    crowd.check(20);
+    crowd.measure("the same, in circles", 10);
     let crowd = Scene { drive: Drive::Walk(0.05), ..crowd };
     crowd.check(20);
-    crowd.measure("the same, pressed, 60 Hz", 10);
+    crowd.measure("the same, pressed together", 10);
 }
 
 /// Discs whose velocities are set anew at every tick.

@@ -26,12 +26,21 @@ impl Moment {
     }
 }
 
-/// A straight flight: all of a disc that changes at a contact.
+/// A straight flight: all of a disc that a prediction needs.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Flight {
     pub start: DVec2,
     pub velocity: DVec2,
     pub began: Moment,
+    pub radius: f64,
+}
+
+impl Flight {
+    /// Where the disc is at a moment; in a periodic box it may be at any of its images.
+    #[inline(always)]
+    pub fn at(&self, moment: Moment, tick_s: f64) -> DVec2 {
+        self.start + self.velocity * moment.since(self.began, tick_s)
+    }
 }
 
 /// The rest of a disc.
@@ -39,7 +48,6 @@ pub(super) struct Flight {
 pub(super) struct Body {
     pub id: DiscId,
     pub owner: Owner,
-    pub radius: f64,
     pub mass: f64,
     pub last_contact: Moment,
     /// Contacts in a row, each within the contact time of the one before.
@@ -122,11 +130,11 @@ impl Bodies {
     pub fn add(&mut self, disc: &Disc, owner: Owner, began: Moment) {
         let place = self.by_id.partition_point(|(id, _)| *id <= disc.id);
         self.by_id.insert(place, (disc.id, self.len() as u32));
-        self.flights.push(Flight { start: disc.position, velocity: disc.velocity, began });
+        let Disc { position: start, velocity, radius, .. } = *disc;
+        self.flights.push(Flight { start, velocity, began, radius });
         self.bodies.push(Body {
             id: disc.id,
             owner,
-            radius: disc.radius,
             mass: disc.mass,
             last_contact: Moment::NEVER,
             quick_contacts: 0,
@@ -164,9 +172,9 @@ impl Bodies {
         let (flight, body) = (&self.flights[k], &self.bodies[k]);
         Disc {
             id: body.id,
-            position: flight.start + flight.velocity * moment.since(flight.began, self.tick_s),
+            position: flight.at(moment, self.tick_s),
             velocity: flight.velocity,
-            radius: body.radius,
+            radius: flight.radius,
             mass: body.mass,
         }
     }
@@ -189,7 +197,8 @@ impl Bodies {
     pub fn move_to(&mut self, k: usize, moment: Moment) -> Disc {
         let disc = self.at(k, moment);
         let position = self.inside(disc.position);
-        self.flights[k] = Flight { start: position, velocity: disc.velocity, began: moment };
+        let flight = &mut self.flights[k];
+        (flight.start, flight.began) = (position, moment);
         Disc { position, ..disc }
     }
 
@@ -199,14 +208,14 @@ impl Bodies {
         let (mut radii, mut speeds) = (0.0, 0.0);
         let (mut radius_max, mut component_max) = (0.0f64, 0.0f64);
         self.seen.clear();
-        self.seen.extend(self.flights.iter().zip(&self.bodies).map(|(flight, body)| {
-            let Flight { start, velocity, began } = *flight;
-            let mut position = start + velocity * moment.since(began, tick_s);
+        self.seen.extend(self.flights.iter().map(|flight| {
+            let Flight { velocity, radius, .. } = *flight;
+            let mut position = flight.at(moment, tick_s);
             if let Some(periodic) = periodic {
                 position = periodic.inside(position);
                 component_max = component_max.max(velocity.abs().max_element());
             }
-            let (radius, speed) = (body.radius, velocity.length());
+            let speed = velocity.length();
             radii += radius;
             speeds += speed;
             radius_max = radius_max.max(radius);

@@ -192,9 +192,9 @@ impl Ticks {
     }
 
     fn note_overlap(&mut self, i: usize, j: usize, gap: f64) {
-        let (a, b) = (self.body(i), self.body(j));
-        if a.is_simulated() && b.is_simulated() {
-            self.largest_overlap = self.largest_overlap.max(-gap / a.radius.min(b.radius));
+        if self.body(i).is_simulated() && self.body(j).is_simulated() {
+            let [a, b] = [i, j].map(|k| self.bodies.flights[k].radius);
+            self.largest_overlap = self.largest_overlap.max(-gap / a.min(b));
         }
     }
 }

@@ -39,7 +39,7 @@ use crate::detect::Pair;
 use crate::exact::{RunningSum, power_of_two_near};
 use crate::world::{Contact, Disc, DiscId, Owner, limits};
 use agenda::{Agenda, Event};
-use bodies::{Bodies, Body, Moment};
+use bodies::{Bodies, Body, Flight, Moment};
 use neighbours::Neighbours;
 use predict::Forecast;
 
@@ -216,13 +216,13 @@ impl Ticks {
             return;
         };
         let flight = &mut self.bodies.flights[k];
-        (flight.start, flight.velocity) = (disc.position, disc.velocity);
-        flight.began = self.present;
         let body = &mut self.bodies.bodies[k];
-        if (body.radius, body.mass) != (disc.radius, disc.mass) {
-            (body.radius, body.mass) = (disc.radius, disc.mass);
+        if (flight.radius, body.mass) != (disc.radius, disc.mass) {
             self.neighbours.discard();
         }
+        let Disc { position: start, velocity, radius, .. } = disc;
+        *flight = Flight { start, velocity, began: self.present, radius };
+        body.mass = disc.mass;
     }
 
     /// Takes observed discs out.

@@ -2,12 +2,12 @@
 
 use super::Ticks;
 use super::agenda::With;
-use super::bodies::{Seen, Sizes};
+use super::bodies::{Flight, Sizes};
 use crate::detect::impact::{
     Relative, may_meet_within, pair_impact, pair_impact_at_any_scale, pair_impacts, wall_impact,
 };
 use crate::resolve::pair::{approach, rounding_speed};
-use crate::world::{Disc, Walls};
+use crate::world::Disc;
 
 /// Mean ways of discs in a window, in mean radii: in longer ones most discs would be near to most.
 const WAY_MAX: f64 = 1.0;
@@ -36,7 +36,7 @@ impl Ticks {
             self.neighbours.prepare(&self.bodies, &sizes, horizon);
         }
         self.agenda.clear(self.bodies.len());
-        self.foresee_walls(horizon);
+        (0..self.bodies.len()).for_each(|k| self.foresee_wall(k, horizon));
         self.foresee_pairs(horizon);
         end
     }
@@ -68,24 +68,20 @@ impl Ticks {
         if mark > self.present.offset { mark.min(self.tick_s) } else { self.tick_s }
     }
 
-    fn foresee_walls(&mut self, horizon: f64) {
-        let Some(walls) = self.laws.walls else { return };
-        for k in 0..self.bodies.len() {
-            let Seen { position, velocity, radius, .. } = self.bodies.seen[k];
-            let ahead = position + velocity * horizon;
-            if (!walls.contain(ahead, radius) || self.laws.extreme_units)
-                && self.body(k).is_simulated()
-            {
-                self.foresee_wall(k, &self.bodies.at(k, self.present), &walls, self.present.offset);
-            }
-        }
-    }
-
     /// The wall that a disc meets next, if it does so in the window.
-    fn foresee_wall(&mut self, k: usize, disc: &Disc, walls: &Walls, offset: f64) {
-        let hit = wall_impact(disc.position, disc.velocity, disc.radius, walls);
-        if let Some(hit) = hit.filter(|hit| self.is_in_window(offset + hit.time)) {
-            self.agenda.add(offset + hit.time, k, With::Wall(hit.side));
+    fn foresee_wall(&mut self, k: usize, horizon: f64) {
+        let Some(walls) = self.laws.walls else { return };
+        let Flight { velocity, radius, .. } = self.bodies.flights[k];
+        let position = self.bodies.flights[k].at(self.present, self.tick_s);
+        let stays = walls.contain(position + velocity * horizon, radius);
+        if (stays && !self.laws.extreme_units) || !self.body(k).is_simulated() {
+            return;
+        }
+        if let Some(hit) = wall_impact(position, velocity, radius, &walls) {
+            let offset = self.present.offset + hit.time;
+            if self.is_in_window(offset) {
+                self.agenda.add(offset, k, With::Wall(hit.side));
+            }
         }
     }
 
@@ -157,11 +153,8 @@ impl Ticks {
             self.neighbours.follow(k, flight.start, flight.velocity.length() * horizon);
         }
         for (place, &k) in changed.iter().enumerate() {
-            let disc = self.bodies.at(k, self.present);
-            if let Some(walls) = self.laws.walls.filter(|_| self.body(k).is_simulated()) {
-                self.foresee_wall(k, &disc, &walls, self.present.offset);
-            }
-            self.meet_neighbours(k, &disc, horizon, &changed[..place]);
+            self.foresee_wall(k, horizon);
+            self.meet_neighbours(k, horizon, &changed[..place]);
             for n in 0..self.forecast.pairs.len() {
                 let ([_, j], time) = (self.forecast.pairs[n], self.forecast.times[n]);
                 let (first, second) = (k.min(j as usize), k.max(j as usize));
@@ -174,22 +167,36 @@ impl Ticks {
     }
 
     /// Notes when a disc meets its neighbours, but for those that are done.
-    fn meet_neighbours(&mut self, k: usize, disc: &Disc, horizon: f64, done: &[usize]) {
-        let Forecast { pairs, times, .. } = &mut self.forecast;
+    fn meet_neighbours(&mut self, k: usize, horizon: f64, done: &[usize]) {
+        let mut forecast = std::mem::take(&mut self.forecast);
+        let Forecast { pairs, times, .. } = &mut forecast;
         pairs.clear();
         times.clear();
-        let (bodies, extreme) = (&self.bodies, self.laws.extreme_units);
+        let (flights, extreme) = (&self.bodies.flights[..], self.laws.extreme_units);
+        let position = flights[k].at(self.present, self.tick_s);
         for j in self.neighbours.of(k) {
-            let other = &bodies.bodies[j];
-            if j == k || done.contains(&j) || !bodies.bodies[k].can_collide_with(other) {
+            if j == k || done.contains(&j) {
                 continue;
             }
-            let other = bodies.near(disc.position, bodies.at(j, self.present));
-            if let Some(time) = meeting(disc, &other, horizon, extreme) {
+            let mut d = flights[j].at(self.present, self.tick_s) - position;
+            if let Some(periodic) = &self.laws.periodic {
+                d += periodic.shift(d);
+            }
+            let w = flights[j].velocity - flights[k].velocity;
+            let s = flights[k].radius + flights[j].radius;
+            let time = if extreme {
+                pair_impact_at_any_scale(d, w, s)
+            } else if may_meet_within(d, w, s, horizon) {
+                pair_impact(d, w, s)
+            } else {
+                None
+            };
+            if let Some(time) = time.filter(|time| self.may_collide(k, j, *time)) {
                 pairs.push([k as u32, j as u32]);
                 times.push(time);
             }
         }
+        self.forecast = forecast;
     }
 
     /// Adds to a group of contacts at one instant what touches any of its discs by `latest`.
@@ -199,8 +206,7 @@ impl Ticks {
         while let Some(&(i, j)) = self.together.get(seen) {
             seen += 1;
             for k in [i, j] {
-                let disc = self.bodies.at(k, self.present);
-                self.meet_neighbours(k, &disc, wait, &[]);
+                self.meet_neighbours(k, wait, &[]);
                 for n in 0..self.forecast.pairs.len() {
                     let pair = self.by_id(k, self.forecast.pairs[n][1] as usize);
                     if self.forecast.times[n] <= wait && !self.together.contains(&pair) {
@@ -210,21 +216,6 @@ impl Ticks {
             }
         }
     }
-}
-
-/// Time until two discs collide, s, if that is within the horizon.
-fn meeting(a: &Disc, b: &Disc, horizon: f64, extreme_units: bool) -> Option<f64> {
-    let (d, w) = (b.position - a.position, b.velocity - a.velocity);
-    let reach = a.radius + b.radius;
-    let time = if extreme_units {
-        pair_impact_at_any_scale(d, w, reach)?
-    } else if may_meet_within(d, w, reach, horizon) {
-        pair_impact(d, w, reach)?
-    } else {
-        return None;
-    };
-    // Touching already: the resolver has the last word on whether they approach.
-    (time > 0.0 || approaches_beyond_rounding(a, b)).then_some(time)
 }
 
 /// Whether two discs in contact approach by more than the rounding of their velocities; a pair that
