@@ -322,12 +322,12 @@ fn robots_driven_against_each_other_and_a_wall_stay_apart() {
     let laws = Laws { contact_time: 1e-7, ..walled(9.0, 0.0) };
     let mut arena = arena(laws, &discs, 1e-3);
     let mut contacts = Vec::new();
-    for tick in 1..=1_000 {
+    for tick in 1..=2_500 {
         discs.iter().for_each(|disc| arena.set_velocity(disc.id, DVec2::new(-1.0, 0.0)));
         arena.advance(f64::from(tick) * 1e-3, &mut contacts).expect("no stall");
     }
     for (k, disc) in states(&arena).iter().enumerate() {
-        assert!((disc.position.x - (0.45 + 0.9 * k as f64)).abs() < 1e-9, "{disc:?}");
+        assert!((disc.position.x - (0.45 + 0.9 * k as f64)).abs() < 1e-6, "{disc:?}");
     }
     assert!(arena.largest_overlap() < 1e-12);
 }

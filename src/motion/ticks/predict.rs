@@ -46,12 +46,9 @@ impl Ticks {
         let mut length = self.tick_s;
         let longest = WAY_MAX * sizes.radius_mean / sizes.speed_mean;
         if !self.laws.extreme_units {
-            let halve = (0..HALVINGS_MAX).take_while(|_| {
-                let long = length > longest;
-                length *= if long { 0.5 } else { 1.0 };
-                long
-            });
-            halve.for_each(drop);
+            for _ in 0..HALVINGS_MAX {
+                length *= if length > longest { 0.5 } else { 1.0 };
+            }
         }
         if let Some(periodic) = self.laws.periodic {
             // For so long the nearest images stay those that touch next: another is half a box away
@@ -64,8 +61,11 @@ impl Ticks {
             }
             self.speed_allowed = way / (2.0 * length);
         }
-        let mark = ((self.present.offset / length).floor() + 1.0) * length;
-        if mark > self.present.offset { mark.min(self.tick_s) } else { self.tick_s }
+        let offset = self.present.offset;
+        let mark = ((offset / length).floor() + 1.0) * length;
+        // Discs so fast that the clock has no such mark go on by its smallest step.
+        let sound = mark > offset && mark - offset <= 1.5 * length;
+        if sound { mark.min(self.tick_s) } else { offset.next_up() }
     }
 
     /// The wall that a disc meets next, if it does so in the window.
