@@ -477,3 +477,27 @@ fn late_times_keep_their_digits() {
     run(&mut arena, 1e3);
     assert!(states(&arena)[0].position.distance(DVec2::new(100.0, 300.0)) < 1e-13 * 300.0);
 }
+
+#[test]
+fn golden_bits() {
+    // The same in debug and release, with and without fused instructions, from run to run.
+    let mut found = Vec::new();
+    for laws in [walled(10.0, 0.9), periodic(10.0)] {
+        let discs = gas(71, 50, 10.0, (0.2, 0.5), (0.5, 3.0));
+        let mut arena = arena(laws, &discs, 1.0 / 60.0);
+        let mut random = Random::new(71);
+        for tick in 1..=120 {
+            discs.iter().for_each(|disc| arena.set_velocity(disc.id, random.vector(3.0)));
+            run(&mut arena, f64::from(tick) / 60.0);
+        }
+        let states = states(&arena);
+        let numbers =
+            states.iter().flat_map(|d| [d.position, d.velocity]).flat_map(|v| v.to_array());
+        let bytes = numbers.flat_map(|x| x.to_bits().to_le_bytes());
+        // FNV-1a.
+        found.push(bytes.fold(0xcbf2_9ce4_8422_2325, |hash: u64, byte| {
+            (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+        }));
+    }
+    assert_eq!(found, [0xbe6d_5732_aae7_4dc9, 0x2453_f306_3996_c8a3], "{found:x?}");
+}

@@ -11,10 +11,10 @@ use super::bodies::{Bodies, Body, Seen, Sizes};
 use super::cells::Cells;
 use crate::world::Periodic;
 
-/// The leash in mean ways of a window; the bounds in mean radii. Measured: `cargo bench --bench
-/// ticks` changes by less than a tenth for twice or half as much.
-const LEASH_WAYS: f64 = 6.0;
-const LEASH_RADII: (f64, f64) = (0.25, 4.0);
+/// The leash in mean ways of a window; the bounds in mean radii. Measured: a quarter as much costs a
+/// third to a half more (`cargo bench --bench ticks`, robots and random pucks).
+const LEASH_WAYS: f64 = 12.0;
+const LEASH_RADII: (f64, f64) = (0.5, 4.0);
 
 /// More rovers than when the lists were made before they are made again.
 const ROVERS_MORE: usize = 2;
