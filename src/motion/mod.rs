@@ -4,6 +4,7 @@
 //! |---|---|---|
 //! | [`plain`] | the next collision, then the next; the judge of every faster one | rounding |
 //! | [`events`] | the same with cells and a calendar: for many discs | rounding |
+//! | [`ticks`] | exact within a control tick, for velocities set at each | rounding |
 //! | [`steps`] | a fixed step, contacts found at its end | first order in the step |
 //! | [`springs`] | contacts that give way: spring and dashpot | the model's: k^-1/2 |
 //!
@@ -16,6 +17,8 @@ pub mod arena;
 pub mod plain;
 
 pub mod events;
+
+pub mod ticks;
 
 pub mod steps;
 

@@ -15,4 +15,5 @@ mod resolve;
 mod scene;
 mod springs;
 mod steps;
+mod ticks;
 mod world;
