@@ -103,21 +103,26 @@ impl Judgement {
     /// The first thing that is.
     pub fn verdict(&self) -> Result<(), String> {
         if let Some((rate, part)) = self.rate_expected
-            && !((self.rate / rate - 1.0).abs() <= part)
+            && exceeds(self.rate / rate - 1.0, part)
         {
             return Err(format!(
                 "{:.4} collisions a disc and second, must be {rate:.4}",
                 self.rate
             ));
         }
-        if !(self.energy_drift.abs() <= ERROR_MAX) {
+        if exceeds(self.energy_drift, ERROR_MAX) {
             return Err(format!("relative energy drift {:e}", self.energy_drift));
         }
-        if !(self.largest_miss <= ERROR_MAX) {
+        if exceeds(self.largest_miss, ERROR_MAX) {
             return Err(format!("a collision {:e} radii from contact", self.largest_miss));
         }
         Ok(())
     }
+}
+
+/// Whether a size is beyond a bound, or no number.
+fn exceeds(size: f64, bound: f64) -> bool {
+    size.is_nan() || size.abs() > bound
 }
 
 impl fmt::Display for Judgement {

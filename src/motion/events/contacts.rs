@@ -66,7 +66,7 @@ impl Events {
         let reach = self.radii.get(i) + self.radii.get(j);
         let excess = exchange.square - reach * reach;
         // Grazing to rounding, moved from outside, or without a normal.
-        if !(exchange.along < 0.0) || excess > OUT_OF_TOUCH * exchange.square {
+        if exchange.along >= 0.0 || excess > OUT_OF_TOUCH * exchange.square {
             return self.renew::<U>(i, f64::NAN);
         }
         if exchange.square < 1e-6 * reach * reach {

@@ -3,7 +3,7 @@
 //! The same operations in the same order in both forms, none of them fused, so the bits are the
 //! same on every processor; a test holds that. One of the two files with unsafe code: it calls
 //! what the processor was asked for, reads four rows at places that were checked, and prefetches.
-#![allow(unsafe_code, reason = "measured: about twice as fast, cargo bench --bench events")]
+#![allow(unsafe_code, reason = "measured: about twice as fast, carom bench gas")]
 
 use glam::DVec2;
 

@@ -34,9 +34,7 @@ impl Events {
         };
         for (&k, &noted) in group.members.iter().zip(&noted) {
             let noted = if k == i { f64::NAN } else { noted };
-            if touched.contains(&k) {
-                self.renew::<U>(k, noted);
-            } else if k == i {
+            if touched.contains(&k) || k == i {
                 self.renew::<U>(k, noted);
             }
         }
