@@ -52,8 +52,11 @@ impl Lattice {
             let site = k * sites / self.count;
             let (column, row) = ((site % columns as usize) as f64, site / columns as usize);
             let x = across * (column + 0.5 * (row % 2) as f64);
-            disc.position =
-                (corner + DVec2::new(x, up * row as f64)).min(DVec2::splat(side - 0.5 * largest));
+            disc.position = corner + DVec2::new(x, up * row as f64);
+            if self.walled {
+                // No rounding may put it into the wall.
+                disc.position = disc.position.min(DVec2::splat(side - 0.5 * largest));
+            }
             disc.radius = radius(k);
         }
         settle(&mut discs);
