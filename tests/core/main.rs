@@ -9,6 +9,7 @@ mod invariance;
 mod messages;
 mod motion;
 mod periodic;
+mod precise;
 mod receive;
 mod resolve;
 mod scene;
