@@ -39,7 +39,7 @@ struct CheckArguments {
     /// One JSON document with every sub-case instead of the table.
     #[arg(long)]
     json: bool,
-    /// Shorter statistics and no long runs: under a minute.
+    /// Shorter statistics and no long runs: a minute or two.
     #[arg(long)]
     quick: bool,
 }
