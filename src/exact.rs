@@ -4,6 +4,10 @@
 //! (Dekker, Numer. Math. 18, 224 (1971); Ogita, Rump, Oishi, doi:10.1137/030601818).
 //! Never put a physical formula here.
 
+mod vector;
+
+pub use vector::DoubleDoubleVec;
+
 /// Unit roundoff of binary64, 2^-53.
 pub const UNIT_ROUNDOFF: f64 = f64::EPSILON / 2.0;
 
@@ -79,6 +83,41 @@ impl DoubleDouble {
         DoubleDouble::sum(hi, error + self.hi.mul_add(other.lo, self.lo * other.hi))
     }
 
+    /// `self - other`, as [`Self::plus`].
+    #[inline(always)]
+    pub fn minus(self, other: Self) -> Self {
+        self.plus(other.negated())
+    }
+
+    /// `self * x`, relative error a few 2^-106.
+    #[inline(always)]
+    pub fn times_double(self, x: f64) -> Self {
+        let (hi, error) = two_product(self.hi, x);
+        Self::sum(hi, self.lo.mul_add(x, error))
+    }
+
+    /// `self` times a power of two, exactly, barring underflow.
+    #[inline(always)]
+    pub fn scaled(self, power_of_two: f64) -> Self {
+        Self { hi: self.hi * power_of_two, lo: self.lo * power_of_two }
+    }
+
+    /// `self * self`.
+    #[inline(always)]
+    pub fn squared(self) -> Self {
+        let (hi, error) = two_product(self.hi, self.hi);
+        Self::sum(hi, (2.0 * self.hi).mul_add(self.lo, error))
+    }
+
+    /// `self / other`, relative error a few 2^-104.
+    pub fn over(self, other: Self) -> Self {
+        let first = self.hi / other.hi;
+        let rest = self.minus(other.times_double(first));
+        let second = rest.hi / other.hi;
+        let third = rest.minus(other.times_double(second)).hi / other.hi;
+        Self::sum(first, second).plus(third.into())
+    }
+
     /// `-self`, exactly.
     #[inline(always)]
     pub fn negated(self) -> Self {
@@ -89,6 +128,12 @@ impl DoubleDouble {
     #[inline(always)]
     pub fn value(self) -> f64 {
         self.hi + self.lo
+    }
+}
+
+impl From<f64> for DoubleDouble {
+    fn from(hi: f64) -> Self {
+        Self { hi, lo: 0.0 }
     }
 }
 

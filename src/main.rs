@@ -44,19 +44,23 @@ enum BenchCommand {
 #[derive(Args)]
 struct GasArguments {
     /// How many discs.
-    #[arg(long, value_name = "N", default_value = "1000", value_parser = clap::value_parser!(u32).range(4..=10_000_000))]
+    #[arg(long, value_name = "N", default_value = "1000")]
+    #[arg(value_parser = clap::value_parser!(u32).range(4..=10_000_000))]
     discs: u32,
     /// Share of the area that they cover.
     #[arg(long, value_name = "PHI", default_value = "0.5", value_parser = fraction)]
     area_fraction: f64,
     /// What lies around them.
-    #[arg(long, value_name = "B", default_value = "periodic", value_parser = ["periodic", "walls"])]
+    #[arg(long, value_name = "B", default_value = "periodic")]
+    #[arg(value_parser = ["periodic", "walls"])]
     boundary: String,
     /// How they move.
-    #[arg(long, value_name = "M", default_value = "auto", value_parser = ["auto", "events", "plain"])]
+    #[arg(long, value_name = "M", default_value = "auto")]
+    #[arg(value_parser = ["auto", "events", "plain"])]
     method: String,
     /// Collisions to be timed.
-    #[arg(long, value_name = "K", default_value = "1000000", value_parser = clap::value_parser!(u64).range(1..=1_000_000_000_000))]
+    #[arg(long, value_name = "K", default_value = "1000000")]
+    #[arg(value_parser = clap::value_parser!(u64).range(1..=1_000_000_000_000))]
     collisions: u64,
     /// Seed of velocities and masses.
     #[arg(long, value_name = "S", default_value = "1")]
@@ -89,7 +93,7 @@ struct CheckArguments {
     /// One JSON document with every sub-case instead of the table.
     #[arg(long)]
     json: bool,
-    /// Shorter statistics and no long runs: under a minute.
+    /// Shorter statistics and no long runs: a minute or two.
     #[arg(long)]
     quick: bool,
 }

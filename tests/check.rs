@@ -8,18 +8,6 @@ use serde_json::{Value, json};
 
 const CASES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/cases");
 
-/// Cases that fail for a reason that is known and written down in issue 3. It shrinks.
-const KNOWN_FAILURES: [&str; 5] = [
-    // Positions rounded to doubles: a gap is known to no better than u times the coordinate.
-    "E01_galperin_100e5",
-    "E08_newton_cradle_e05_b",
-    "E08_newton_cradle_e09",
-    // The box is not centred at 0, so mirrored discs round differently.
-    "E11_mirror_gas",
-    // The collapse model ends what needs more contacts.
-    "E12_inelastic_collapse_3",
-];
-
 fn carom(arguments: &[&str], folder: &Path) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_carom"));
     command.arg("check").args(arguments).current_dir(folder).output().expect("carom runs")
@@ -65,15 +53,14 @@ fn every_shipped_case_passes_or_says_why_not() {
                 let known = ["not built yet: ", "needs long_run: "];
                 assert!(known.iter().any(|k| reason.starts_with(k)), "{name}: {reason}");
             }
-            "fail" => assert!(KNOWN_FAILURES.contains(&name), "{case:#}"),
-            _ => assert!(!KNOWN_FAILURES.contains(&name), "{name} passes: strike it out"),
+            "fail" => panic!("{case:#}"),
+            _ => (),
         }
     }
     // The energy of mixed masses must not drift, not even within its looser bound.
     let conservation = cases.iter().find(|case| case["kind"] == "edmd_conservation");
     assert_eq!(conservation.expect("C01")["verdict"], "gold");
-    assert_eq!(report["failed"], KNOWN_FAILURES.len());
-    assert_eq!(code, Some(i32::from(!KNOWN_FAILURES.is_empty())));
+    assert_eq!((&report["failed"], code), (&json!(0), Some(0)));
 }
 
 #[test]

@@ -5,7 +5,6 @@ use super::arena::{Run, Setup, Trouble, discs, letter};
 use super::case::{Field, Malformed, Read};
 use super::exact_solutions::judge_state;
 use super::finding::{Finding, Tally};
-use crate::exact::UNIT_ROUNDOFF;
 use crate::world::{Contact, Disc, Partner, limits};
 
 type Findings = Result<Vec<Finding>, Trouble>;
@@ -122,7 +121,7 @@ struct Bounds {
 
 /// Three discs on a line. Above the critical restitution: `collisions` exact, velocities within
 /// `v abs`. Below: carom's policy (elastic contacts end the collapse, or a stall) must have its
-/// last contact above `16 u` of the first speed `t at stop within` so much of `collapse_time`, with
+/// last contact, however slow, `t at stop within` so much of `collapse_time`, with
 /// `final relative velocities <`.
 pub fn collapse(root: &Field, _: Effort) -> Findings {
     let field = root.get("tolerance")?.get("kind")?;
@@ -174,20 +173,15 @@ fn endless_collapse(
 ) -> Result<(), Malformed> {
     let collapse = expected.get("collapse_time")?;
     let mut run = Run::new(setup);
-    let fastest = setup.discs.iter().map(|disc| disc.velocity.length()).fold(0.0, f64::max);
     let (mut last, mut contacts) = (f64::NAN, 0u64);
     let stall = run.advance(2.0 * collapse.finite()?, |contact| {
-        // What is slower is the rounding of the first velocities, creeping.
-        if contact.approach_speed > 16.0 * UNIT_ROUNDOFF * fastest {
-            last = contact.time;
-        }
-        contacts += 1;
+        (last, contacts) = (contact.time, contacts + 1);
     });
     let (policy, stop) = match stall {
         Ok(()) => ("elastic contacts", last),
         Err(stall) => ("stall", stall.time),
     };
-    tally.near("time of the last contact above rounding", stop, collapse.decimal()?, bounds.time);
+    tally.near("time of the last contact", stop, collapse.decimal()?, bounds.time);
     let speeds: Vec<f64> = run.discs().iter().map(|disc| disc.velocity.x).collect();
     let (low, high) = speeds.iter().fold((f64::MAX, f64::MIN), |(l, h), &v| (l.min(v), h.max(v)));
     tally.within("relative velocity", high - low, bounds.relative_velocity);

@@ -2,8 +2,8 @@
 //!
 //! [`touching`] is the exact predicate for one pair. [`all_pairs`] and [`grid`] list the touching
 //! pairs of many discs: the first is plain and the judge of the second. [`impact`] is the time of
-//! impact, of one pair or of many side by side, [`falling`] the same under gravity. Nothing here
-//! changes a velocity or a position.
+//! impact, of one pair or of many side by side, [`precise`] the same from states in double-double,
+//! [`falling`] under gravity. Nothing here changes a velocity or a position.
 
 pub mod touching;
 
@@ -12,6 +12,8 @@ pub mod all_pairs;
 pub mod grid;
 
 pub mod impact;
+
+pub mod precise;
 
 pub mod fused;
 

@@ -1,13 +1,15 @@
 //! Resolution: what a contact does to velocities, and never to positions, but for [`overlap`],
 //! which does only that. It never looks for contacts.
 //!
-//! [`pair`] is the law for two discs, in the form that loses no digits; [`vector_method`] is the
-//! same law as the seven textbook steps, kept as its judge. [`wall`] is the law for a wall.
-//! [`touching`] resolves many contacts that exist at the same instant, those that share discs by
-//! [`simultaneous`].
+//! [`pair`] is the law for two discs, in the form that loses no digits, [`precise`] the same in
+//! double-double; [`vector_method`] is the same law as the seven textbook steps, kept as its judge.
+//! [`wall`] is the law for a wall. [`touching`] resolves many contacts that exist at the same
+//! instant, those that share discs by [`simultaneous`].
 //! [`overlap`] parts discs that a step of fixed length let overlap.
 
 pub mod pair;
+
+pub mod precise;
 
 pub mod vector_method;
 

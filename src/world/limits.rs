@@ -52,6 +52,13 @@ pub const EVENTS_PER_INSTANT_AND_DISC: usize = 300;
 /// caught in a collapse: far more than a finite chain of blows between a few discs has.
 pub const QUICK_CONTACTS: u32 = 128;
 
+/// The same for a disc that meets none but one or two partners: three discs on a line near the
+/// critical restitution need so many until they are within 1e-12 s of the end.
+pub const QUICK_CONTACTS_IF_FREE: u32 = 160;
+
+/// Contacts in a row with the same one or two partners after which a disc counts as free of others.
+pub const CONTACTS_IF_FREE: u32 = 12;
+
 /// A disc that leaves a wall on which gravity presses it with at most this speed, below restitution
 /// 1, rests there, m/s: it would bounce endlessly often in a finite time.
 pub const REST_SPEED_MPS: f64 = 1e-6;

@@ -10,6 +10,7 @@ mod invariance;
 mod messages;
 mod motion;
 mod periodic;
+mod precise;
 mod receive;
 mod resolve;
 mod scene;

@@ -1,18 +1,53 @@
 //! What happens at an event: the contact is resolved, booked and noted, and whoever took part is
 //! predicted again. Contacts at the same instant that share a body are found and resolved together.
 
-use super::{Body, Event, Plain, With};
+use glam::DVec2;
+
+use super::body::{Body, State};
+use super::remembered::{self, Known};
+use super::{Event, Plain, With};
 use crate::detect::Pair;
-use crate::detect::touching::gap;
-use crate::exact::{RunningSum, UNIT_ROUNDOFF};
-use crate::resolve::pair::{Impact, collide};
+use crate::detect::precise::{self, Sight, time_to_contact};
+use crate::exact::{DoubleDouble, DoubleDoubleVec, RunningSum, UNIT_ROUNDOFF};
+use crate::resolve::pair::Impact;
+use crate::resolve::precise::{bounce, collide};
 use crate::resolve::touching::{self, pair_contact};
-use crate::resolve::wall::bounce;
+use crate::resolve::wall;
 use crate::world::{Contact, Disc, Partner, Side, limits};
 
 /// Events closer than this, in units of their offset or the epoch, are at the same instant: their
 /// times differ by no more than rounding.
 const SAME_INSTANT: f64 = 16.0 * UNIT_ROUNDOFF;
+
+/// An event missed its contact by rounding if it did by less than this part of a radius.
+const ROUNDING: f64 = 1e-9;
+
+/// Two bodies as they touch.
+struct Meeting {
+    /// The one seen from the other.
+    sight: Sight,
+    /// `d.d - s^2`, m^2: 0, or an overlap.
+    clearance: DoubleDouble,
+    /// `d.w`, m^2/s.
+    closing: DoubleDouble,
+    /// How much later than the event's time they touch, s: rounding, of either sign.
+    delay: f64,
+    /// What was remembered of them.
+    known: Option<Known>,
+}
+
+impl Meeting {
+    /// How much of `closing` may be rounding.
+    fn doubt(&self, a: &Disc, b: &Disc) -> f64 {
+        self.known.map_or_else(
+            || {
+                let speeds = a.velocity.length() + b.velocity.length();
+                remembered::ROUNDING * speeds * self.sight.reach.hi
+            },
+            |known| known.doubt + remembered::ROUNDING * known.closing.hi.abs(),
+        )
+    }
+}
 
 /// Contacts at one instant, and the bodies in them.
 struct Together {
@@ -86,15 +121,16 @@ impl Plain {
         let mut seen = 0;
         while let Some(&body) = found.bodies.get(seen) {
             seen += 1;
-            let disc = self.bodies[body].at(time);
+            let watcher = self.watcher(body, time);
             for (other, candidate) in self.bodies.iter().enumerate() {
                 if other == body || !self.bodies[body].can_collide_with(candidate) {
                     continue;
                 }
-                let pull = candidate.acceleration - self.bodies[body].acceleration;
-                let candidate = self.laws.near(disc.position, candidate.at(time));
-                let wait = self.meeting(&disc, &candidate, pull, latest - time);
-                if wait.is_some_and(|wait| wait <= latest - time) {
+                let disc = candidate.roughly_at(time);
+                if !self.may_meet(&watcher, &disc, latest - time) {
+                    continue;
+                }
+                if self.meeting(&watcher, other).is_some_and(|wait| wait <= latest - time) {
                     found.add(self.by_id(body, other));
                 }
             }
@@ -111,7 +147,9 @@ impl Plain {
         let mut places: Vec<usize> = pairs.iter().flat_map(|&(i, j)| [i, j]).collect();
         places.sort_unstable();
         places.dedup();
-        let mut discs: Vec<Disc> = places.iter().map(|&k| self.move_to(k, time)).collect();
+        let origin = self.move_to(places[0], time).position;
+        let mut discs: Vec<Disc> =
+            places.iter().map(|&k| self.move_near(k, time, origin)).collect();
         // Every body of a pair is in the sorted list.
         let place = |k: usize| places.partition_point(|&other| other < k);
         let local: Vec<Pair> = pairs.iter().map(|&(i, j)| (place(i), place(j))).collect();
@@ -120,26 +158,103 @@ impl Plain {
         let resolved = touching::resolve(&mut discs, &local, restitution, self.now);
         self.book_together(&places, &discs, &resolved.contacts);
         for (&k, disc) in places.iter().zip(&discs) {
-            self.set_velocity_of(k, disc.velocity);
+            if disc.velocity != self.bodies[k].disc.velocity {
+                self.set_velocity_of(k, disc.velocity);
+            }
+            // What doubles made of them must hold, or they would meet again and again.
+            self.remembered.forget(k);
         }
-        let touched: Vec<usize> = resolved.touched.iter().map(|&k| places[k]).collect();
+        let touched: Vec<_> = resolved.touched.iter().map(|&k| (places[k], None)).collect();
         self.note_contacts(&touched, time, resolved.contacts.len());
-        contacts.extend(resolved.contacts);
+        let in_place = |contact: Contact| Contact { point: origin + contact.point, ..contact };
+        contacts.extend(resolved.contacts.into_iter().map(in_place));
         self.predict_again(&places, time);
+    }
+
+    /// Brings a body to an offset; returns it as seen from a place, so that differences of
+    /// positions lose no digits.
+    fn move_near(&mut self, k: usize, time: f64, origin: DVec2) -> Disc {
+        let disc = self.move_to(k, time);
+        let position = self.bodies[k].state().position.plus_double(-origin).hi();
+        Disc { position, ..disc }
     }
 
     fn collide_pair(&mut self, i: usize, j: usize, time: f64, contacts: &mut Vec<Contact>) {
         let (a, b) = (self.move_to(i, time), self.move_to(j, time));
         let b = self.laws.near(a.position, b);
         let restitution = self.restitution(self.laws.restitution, &[i, j], time);
-        if let Some(impact) = collide(&a, &b, restitution) {
-            self.book_pair(i, j, &impact);
-            self.set_velocity_of(i, impact.velocity_a);
-            self.set_velocity_of(j, impact.velocity_b);
-            self.note_contacts(&[i, j], time, 1);
-            contacts.push(pair_contact(&a, &b, &impact, self.now));
+        let meeting = self.meeting_of(i, j, time);
+        let (d, closing) = (&meeting.sight.d, meeting.closing);
+        if let Some(kicks) = collide((&a, &b), d, closing, restitution) {
+            let impact = &kicks.impact;
+            self.book_pair(i, j, impact);
+            self.kick(i, &kicks.a, time, meeting.delay, j);
+            self.kick(j, &kicks.b, time, meeting.delay, i);
+            self.note_contacts(&[(i, Some(j)), (j, Some(i))], time, 1);
+            self.remember(i, j, &meeting, restitution, time);
+            contacts.push(pair_contact(&a, &b, impact, self.now));
         }
         self.predict_again(&[i, j], time);
+    }
+
+    /// Two bodies at the instant at which they touch: the event's time is that to rounding.
+    fn meeting_of(&self, i: usize, j: usize, time: f64) -> Meeting {
+        let mut sight = self.sight(i, &self.bodies[i].state(), j, &self.bodies[j].state());
+        let known = self.remembered.find(i, j).map(|known| {
+            let mut known = *known;
+            known.fly(time.into(), &sight);
+            known
+        });
+        let (mut clearance, mut closing) = known.map_or_else(
+            || (sight.clearance(), sight.closing()),
+            |known| (known.clearance, known.closing),
+        );
+        let speed2 = known
+            .map_or_else(|| sight.w.hi().length_squared().into(), |known| known.speed2(&sight));
+        let delay =
+            time_to_contact(clearance.value(), closing.value(), speed2.value() / -closing.value());
+        // What is no rounding is an overlap, and stays one.
+        let farthest = ROUNDING * sight.reach.hi;
+        let delay = delay.filter(|delay| delay * delay * speed2.value() <= farthest * farthest);
+        let delay = delay.filter(|_| self.laws.gravity.is_none()).unwrap_or(0.0);
+        if delay != 0.0 {
+            sight = sight.after(delay);
+            clearance = DoubleDouble::default();
+            let gained = speed2.times_double(delay);
+            closing = known.map_or_else(|| sight.closing(), |_| closing.plus(gained));
+        }
+        Meeting { sight, clearance, closing, delay, known }
+    }
+
+    /// Changes the velocity of a body that stands at an offset, as if `delay` (s) later.
+    fn kick(&mut self, k: usize, change: &DoubleDoubleVec, time: f64, delay: f64, by: usize) {
+        if self.laws.remember_contacts() {
+            let mut remembered = std::mem::take(&mut self.remembered);
+            let own = self.bodies[k].state();
+            let sight = |l: usize| self.sight(k, &own, l, &self.bodies[l].state_at(time));
+            remembered.kick((k, by), change, (time, delay), sight);
+            self.remembered = remembered;
+        }
+        self.bodies[k].kick(change, delay);
+        self.note_state(k);
+    }
+
+    /// Remembers two bodies after their contact.
+    fn remember(&mut self, i: usize, j: usize, meeting: &Meeting, restitution: f64, time: f64) {
+        let free = [i, j].iter().all(|&k| self.bodies[k].collapse.is_free());
+        if !free || !self.laws.remember_contacts() {
+            return;
+        }
+        let closing = meeting.closing.times_double(-restitution);
+        let doubt = meeting.doubt(&self.bodies[i].disc, &self.bodies[j].disc);
+        self.remembered.remember(Known {
+            pair: (i.min(j), i.max(j)),
+            clearance: meeting.clearance,
+            closing,
+            doubt: restitution * doubt,
+            time: DoubleDouble::sum(time, meeting.delay),
+            reach: meeting.sight.reach,
+        });
     }
 
     fn bounce_off(&mut self, k: usize, side: Side, time: f64, contacts: &mut Vec<Contact>) {
@@ -156,10 +271,10 @@ impl Plain {
             }
             self.set_state(k, disc);
         }
-        if let Some(bounce) = bounce(&disc, side, restitution) {
+        if let Some(bounce) = wall::bounce(&disc, side, restitution) {
             self.energy.book(-bounce.energy_loss);
-            self.set_velocity_of(k, bounce.velocity);
-            self.note_contacts(&[k], time, 1);
+            self.turn_at_wall(k, side, restitution, bounce.approach_speed);
+            self.note_contacts(&[(k, None)], time, 1);
             contacts.push(Contact {
                 a: disc.id,
                 b: Partner::Wall(side),
@@ -177,6 +292,18 @@ impl Plain {
         self.predict_again(&[k], time);
     }
 
+    /// Turns a body at a wall, at the instant at which it really touches.
+    fn turn_at_wall(&mut self, k: usize, side: Side, restitution: f64, speed: f64) {
+        let (body, Some(walls)) = (&mut self.bodies[k], self.laws.walls) else { return };
+        let State { position, velocity } = body.state();
+        let gap = precise::wall_gap(&position, body.disc.radius, &walls, side);
+        let is_rounding = self.laws.gravity.is_none() && gap.abs() <= ROUNDING * body.disc.radius;
+        let delay = if is_rounding { gap / speed } else { 0.0 };
+        body.kick(&bounce(&velocity, side, restitution), delay);
+        self.remembered.forget(k);
+        self.note_state(k);
+    }
+
     /// Ends a hop off a wall that is too short for the clock.
     fn lay_down(&mut self, k: usize, side: Side) {
         let before = self.bodies[k].disc;
@@ -185,22 +312,24 @@ impl Plain {
         self.energy.book(self.bodies[k].disc.kinetic_energy() - before.kinetic_energy());
     }
 
-    /// The restitution of a contact: elastic for a disc caught in a collapse.
+    /// The restitution of a contact: elastic for discs caught in a collapse.
     fn restitution(&self, usual: f64, bodies: &[usize], time: f64) -> f64 {
-        let collapsing = |&k: &usize| {
-            let body = &self.bodies[k];
-            let quick = time - body.last_contact < self.laws.contact_time;
-            quick && body.quick_contacts >= limits::QUICK_CONTACTS
-        };
-        if usual < 1.0 && bodies.iter().any(collapsing) { 1.0 } else { usual }
+        let caught = |&k: &usize| self.is_caught(k, time);
+        if usual < 1.0 && bodies.iter().all(caught) { 1.0 } else { usual }
     }
 
-    fn note_contacts(&mut self, bodies: &[usize], time: f64, count: usize) {
-        for &k in bodies {
-            let body = &mut self.bodies[k];
-            let quick = time - body.last_contact < self.laws.contact_time;
-            body.quick_contacts = if quick { body.quick_contacts.saturating_add(1) } else { 0 };
-            body.last_contact = time;
+    /// Whether a body is caught in a collapse.
+    pub(super) fn is_caught(&self, k: usize, time: f64) -> bool {
+        self.bodies[k].collapse.is_caught(time, self.laws.contact_time)
+    }
+
+    /// Takes note of contacts of bodies, each with one partner, or else with walls or several.
+    fn note_contacts(&mut self, bodies: &[(usize, Option<usize>)], time: f64, count: usize) {
+        for &(k, partner) in bodies {
+            self.bodies[k].collapse.note_contact(time, partner, self.laws.contact_time);
+            if !self.bodies[k].collapse.is_free() {
+                self.remembered.forget(k);
+            }
         }
         self.contacts += count as u64;
     }
@@ -237,8 +366,9 @@ impl Plain {
     fn note_overlap(&mut self, i: usize, j: usize) {
         let (a, b) = (&self.bodies[i], &self.bodies[j]);
         if a.is_simulated() && b.is_simulated() {
-            let near = self.laws.near(a.disc.position, b.disc);
-            let overlap = -gap(&a.disc, &near) / a.disc.radius.min(b.disc.radius);
+            let sight = self.sight(i, &a.state(), j, &b.state());
+            let gap = sight.clearance().value() / (sight.d.hi().length() + sight.reach.hi);
+            let overlap = -gap / a.disc.radius.min(b.disc.radius);
             self.largest_overlap = self.largest_overlap.max(overlap);
         }
     }

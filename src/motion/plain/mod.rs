@@ -9,11 +9,17 @@
 //!
 //! Policies: a pair that overlaps and approaches collides now, one that separates does not. Of
 //! events at the same time the smaller index goes first; contacts at the same instant that share a
-//! disc are resolved together. Below restitution 1 a disc whose contacts follow each other within
-//! the contact time, a hundred in a row, collides elastically until it has peace, so that a
+//! disc are resolved together. Below restitution 1 discs whose contacts follow each other within
+//! the contact time, a hundred in a row, collide elastically until they have peace, so that a
 //! collapse ends (after Luding, McNamara, doi:10.1007/s100350050017, who allow no such contact to
 //! lose energy: that would throw a disc out of a corner). An arena that still cannot leave an
 //! instant is stalled, and says so.
+//!
+//! Positions and velocities are carried in double-double, and a contact is resolved at the instant
+//! at which it is one, not at that instant rounded to a double: a path is right to 2^-100, times
+//! what the scene makes of an error. Partners are sought in plain doubles, so this costs little.
+//! Where even that does not tell two discs apart, in a collapse of a few, their contacts are
+//! remembered. Groups of contacts at one instant, and discs under gravity, are as right as doubles.
 //!
 //! Under gravity discs fly along parabolas: two that fall see each other fly straight, so only
 //! walls, and pairs of which one does not fall (fixed, observed or at rest), need other times. A
@@ -23,9 +29,11 @@
 //! In a periodic box a pair is looked at as the nearest image of one sees the other. That is right
 //! until another image could come near: at that time a disc's event is to look again.
 
-mod ahead;
+mod body;
+mod collapse;
 mod contacts;
 mod predict;
+mod remembered;
 
 use std::collections::HashSet;
 
@@ -33,8 +41,11 @@ use glam::DVec2;
 
 use super::clock::Clock;
 use super::energy::EnergyAccount;
-use crate::exact::RunningSum;
+use crate::detect::precise::Doubt;
+use crate::exact::{DoubleDoubleVec, RunningSum, UNIT_ROUNDOFF};
 use crate::world::{Contact, Disc, DiscId, Owner, Periodic, Side, Walls, limits};
+use body::Body;
+use remembered::Remembered;
 
 /// What the discs of an arena obey.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -87,6 +98,18 @@ impl Laws {
         Disc { position: periodic.inside(disc.position), ..disc }
     }
 
+    /// The place of the nearest image of what lies there, seen from elsewhere.
+    fn nearest(&self, seen: DoubleDoubleVec) -> DoubleDoubleVec {
+        let Some(periodic) = self.periodic else { return seen };
+        seen.plus_double(periodic.shift(seen.hi()))
+    }
+
+    /// Whether contacts are remembered: for collapses, which need restitution below 1. Under
+    /// gravity discs do not part in a straight line.
+    fn remember_contacts(&self) -> bool {
+        self.restitution < 1.0 && self.gravity.is_none()
+    }
+
     /// The image of a disc that is nearest to a place.
     fn near(&self, place: DVec2, disc: Disc) -> Disc {
         let Some(periodic) = self.periodic else { return disc };
@@ -129,66 +152,13 @@ pub struct Plain {
     now: f64,
     bodies: Vec<Body>,
     next: Vec<Event>,
+    remembered: Remembered,
+    doubt: Doubt,
     instant: f64,
     events_at_instant: usize,
     energy: EnergyAccount,
     largest_overlap: f64,
     contacts: u64,
-}
-
-/// A disc at the time of its own last event.
-#[derive(Clone, Copy, Debug)]
-struct Body {
-    disc: Disc,
-    owner: Owner,
-    /// Acceleration between its events, m/s^2: none for fixed, observed and resting discs.
-    acceleration: DVec2,
-    /// Offset at which `disc` holds, s.
-    own_time: f64,
-    /// Offset of its last contact, s.
-    last_contact: f64,
-    /// Contacts in a row, each within the contact time of the one before.
-    quick_contacts: u32,
-}
-
-impl Body {
-    fn at(&self, offset: f64) -> Disc {
-        let wait = offset - self.own_time;
-        if self.acceleration == DVec2::ZERO {
-            let position = self.disc.position + self.disc.velocity * wait;
-            return Disc { position, ..self.disc };
-        }
-        let position = self.disc.position + self.fall(wait);
-        Disc { position, velocity: self.disc.velocity + self.acceleration * wait, ..self.disc }
-    }
-
-    /// How far it comes under its acceleration.
-    fn fall(&self, wait: f64) -> DVec2 {
-        (self.disc.velocity + 0.5 * self.acceleration * wait) * wait
-    }
-
-    /// What gravity does to its kinetic energy on the way to an offset, J.
-    fn work_until(&self, offset: f64) -> f64 {
-        if self.acceleration == DVec2::ZERO {
-            return 0.0;
-        }
-        self.disc.mass * self.acceleration.dot(self.fall(offset - self.own_time))
-    }
-
-    fn is_simulated(&self) -> bool {
-        self.owner == Owner::Simulated
-    }
-
-    /// Whether a contact of the two is ours to resolve and would change one of them.
-    fn can_collide_with(&self, other: &Body) -> bool {
-        let ours = self.is_simulated() || other.is_simulated();
-        ours && (self.disc.mass.is_finite() || other.disc.mass.is_finite())
-    }
-
-    /// Whether its energy counts, and changes only by known amounts.
-    fn is_closed(&self) -> bool {
-        self.is_simulated() && self.disc.mass.is_finite()
-    }
 }
 
 /// Whether products of four lengths or speeds of a disc may over- or underflow; 0 may not.
@@ -230,6 +200,8 @@ impl Plain {
             now: 0.0,
             bodies: Vec::with_capacity(discs.len()),
             next: Vec::new(),
+            remembered: Remembered::default(),
+            doubt: Doubt::default(),
             instant: 0.0,
             events_at_instant: 0,
             energy: EnergyAccount::default(),
@@ -313,10 +285,10 @@ impl Plain {
     /// Gives a simulated disc, if it is there, a new velocity from now on.
     pub fn set_velocity(&mut self, id: DiscId, velocity: DVec2) {
         let Some(k) = self.find(id, Owner::Simulated) else { return };
-        let before = self.bodies[k].disc.kinetic_energy();
-        let disc = Disc { velocity, ..self.move_to_now(k) };
-        self.energy.book(disc.kinetic_energy() - before);
-        self.replace(k, disc);
+        let before = self.move_to_now(k).kinetic_energy();
+        self.set_velocity_of(k, velocity);
+        self.energy.book(self.bodies[k].disc.kinetic_energy() - before);
+        self.predict_again(&[k], self.clock.offset(self.now));
     }
 
     /// Puts an observed disc where its owner says that it is, adding it if it is new.
@@ -338,6 +310,9 @@ impl Plain {
         let gone = |body: &Body| !body.is_simulated() && ids.contains(&body.disc.id);
         self.bodies.retain(|body| !gone(body));
         if self.bodies.len() < before {
+            // Indices are others now.
+            self.remembered.clear();
+            self.bodies.iter_mut().for_each(|body| body.collapse.forget_partners());
             self.predict_all();
         }
     }
@@ -347,12 +322,7 @@ impl Plain {
     }
 
     fn push(&mut self, disc: Disc, owner: Owner) {
-        let own_time = self.clock.offset(self.now);
-        let last_contact = f64::NEG_INFINITY;
-        let acceleration = DVec2::ZERO;
-        let quick_contacts = 0;
-        let body = Body { disc, owner, acceleration, own_time, last_contact, quick_contacts };
-        self.bodies.push(body);
+        self.bodies.push(Body::new(disc, owner, self.clock.offset(self.now)));
         self.next.push(NEVER);
         self.set_state(self.bodies.len() - 1, disc);
         if owner == Owner::Simulated {
@@ -393,22 +363,45 @@ impl Plain {
         if body.acceleration != DVec2::ZERO {
             self.energy.book(body.work_until(offset));
         }
-        body.disc = self.laws.inside(body.at(offset));
-        body.own_time = offset;
-        body.disc
+        body.move_to(offset);
+        if let Some(periodic) = self.laws.periodic {
+            body.shift(periodic.inside(body.disc.position) - body.disc.position);
+        }
+        let disc = body.disc;
+        self.note_size(&disc);
+        disc
     }
 
-    /// Gives a body its state at its own time.
+    /// Gives a body a state known to the precision of doubles, at its own time.
     fn set_state(&mut self, k: usize, disc: Disc) {
+        self.bodies[k].set_disc(disc);
+        self.remembered.forget(k);
+        self.note_state(k);
+    }
+
+    /// Takes note of a state just given to a body.
+    fn note_state(&mut self, k: usize) {
         let body = &mut self.bodies[k];
-        body.disc = disc;
+        let disc = body.disc;
         if let Some(gravity) = self.laws.gravity.filter(|_| body.is_closed()) {
             body.acceleration = self.laws.acceleration(gravity, &disc);
         }
+        self.note_size(&disc);
     }
 
+    /// Keeps up what the search for partners in plain doubles may be wrong by: a place is that of
+    /// the last event, at most so far out, and a flight that ends near another disc.
+    fn note_size(&mut self, disc: &Disc) {
+        let size = |vector: DVec2| 64.0 * UNIT_ROUNDOFF * vector.abs().max_element();
+        self.doubt.position = self.doubt.position.max(size(disc.position));
+        self.doubt.velocity = self.doubt.velocity.max(size(disc.velocity));
+    }
+
+    /// Gives a body another velocity, known to the precision of doubles, at its own time.
     fn set_velocity_of(&mut self, k: usize, velocity: DVec2) {
-        self.set_state(k, Disc { velocity, ..self.bodies[k].disc });
+        self.bodies[k].set_velocity(velocity);
+        self.remembered.forget(k);
+        self.note_state(k);
     }
 
     fn move_to_now(&mut self, k: usize) -> Disc {
@@ -430,9 +423,10 @@ impl Plain {
         }
         let shift = self.clock.advance(offset);
         self.instant -= shift;
+        self.remembered.rebase(shift);
         for (body, event) in self.bodies.iter_mut().zip(&mut self.next) {
-            body.own_time -= shift;
-            body.last_contact -= shift;
+            body.own_time = body.own_time.minus(shift.into());
+            body.collapse.rebase(shift);
             event.time -= shift;
         }
     }

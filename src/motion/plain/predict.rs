@@ -2,11 +2,13 @@
 
 use glam::DVec2;
 
-use super::ahead::Ahead;
+use super::body::State;
 use super::{Event, NEVER, Plain, With};
 use crate::detect::falling::{Approach, falling_pair_impact, falling_wall_impact};
-use crate::detect::impact::{may_meet_within, pair_impact, pair_impact_at_any_scale, wall_impact};
-use crate::resolve::pair::{approach, rounding_speed};
+use crate::detect::impact::Hit;
+use crate::detect::precise::{Sight, pair_impact, wall_impact};
+use crate::exact::DoubleDouble;
+use crate::resolve::pair::rounding_speed;
 use crate::world::{Disc, Periodic, limits};
 
 impl Plain {
@@ -30,31 +32,30 @@ impl Plain {
 
     /// Finds the earliest event of a body; tells the partners for whom it comes before theirs.
     fn predict(&mut self, k: usize, offset: f64) {
-        let body = self.bodies[k];
-        let disc = body.at(offset);
+        let watcher = self.watcher(k, offset);
         let mut first = self.next[k];
-        if let Some(walls) = self.laws.walls.filter(|_| body.is_simulated()) {
-            let hit = if body.acceleration == DVec2::ZERO {
-                wall_impact(disc.position, disc.velocity, disc.radius, &walls)
-            } else {
-                falling_wall_impact(&disc, body.acceleration, &walls)
-            };
-            if let Some(hit) = hit.filter(|hit| offset + hit.time < first.time) {
-                first = Event { time: offset + hit.time, with: With::Wall(hit.side) };
-            }
+        if let Some(hit) = self.wall_ahead(&watcher)
+            && offset + hit.time < first.time
+        {
+            first = Event { time: offset + hit.time, with: With::Wall(hit.side) };
         }
-        let mut ahead = Ahead::new();
+        // Largest relative velocity and reach seen: how long the nearest images stay the nearest.
+        let (mut fastest, mut widest) = (DVec2::ZERO, 0.0f64);
         for (l, other) in self.bodies.iter().enumerate() {
+            if l == k || !self.bodies[k].can_collide_with(other) {
+                continue;
+            }
+            let mut disc = other.roughly_at(offset);
+            if self.laws.periodic.is_some() {
+                disc = self.laws.near(watcher.disc.position, disc);
+                fastest = fastest.max((disc.velocity - watcher.disc.velocity).abs());
+                widest = widest.max(disc.radius + watcher.disc.radius);
+            }
             let latest = first.time.max(self.next[l].time);
-            if offset + ahead.time(self, k, l, offset) >= latest {
+            if !self.may_meet(&watcher, &disc, latest - offset) {
                 continue;
             }
-            if l == k || !body.can_collide_with(other) {
-                continue;
-            }
-            let (pull, other) = (other.acceleration - body.acceleration, other.at(offset));
-            let other = self.laws.near(disc.position, other);
-            let Some(time) = self.meeting(&disc, &other, pull, latest - offset) else { continue };
+            let Some(time) = self.meeting(&watcher, l) else { continue };
             let time = offset + time;
             if time < first.time {
                 first = Event { time, with: With::Body(l) };
@@ -64,8 +65,7 @@ impl Plain {
             }
         }
         if let Some(periodic) = self.laws.periodic {
-            // How long the nearest images stay the nearest.
-            let time = offset + valid_for(&periodic, ahead.fastest, ahead.widest);
+            let time = offset + valid_for(&periodic, fastest, widest);
             if time < first.time {
                 first = Event { time, with: With::Renew };
             }
@@ -73,32 +73,88 @@ impl Plain {
         self.next[k] = first;
     }
 
-    /// Time until two discs collide, s, if that is within the horizon; `pull`: acceleration of the
-    /// second seen from the first, m/s^2.
-    pub(super) fn meeting(&self, a: &Disc, b: &Disc, pull: DVec2, horizon: f64) -> Option<f64> {
-        let (d, w) = (b.position - a.position, b.velocity - a.velocity);
-        let reach = a.radius + b.radius;
+    /// A body as it looks for partners at an offset.
+    pub(super) fn watcher(&self, k: usize, offset: f64) -> Watcher {
+        let (body, state) = (&self.bodies[k], self.bodies[k].state_at(offset));
+        let (position, velocity) = (state.position.hi(), state.velocity.hi());
+        Watcher { k, offset, state, disc: Disc { position, velocity, ..body.disc } }
+    }
+
+    /// The next wall of a body.
+    fn wall_ahead(&self, watcher: &Watcher) -> Option<Hit> {
+        let (body, disc) = (&self.bodies[watcher.k], &watcher.disc);
+        let walls = self.laws.walls.filter(|_| body.is_simulated())?;
+        if body.acceleration == DVec2::ZERO {
+            return wall_impact(&watcher.state.position, disc.velocity, disc.radius, &walls);
+        }
+        falling_wall_impact(disc, body.acceleration, &walls)
+    }
+
+    /// Whether a disc, known in plain doubles, could meet it within the horizon (s): quick, and
+    /// never wrongly `false`.
+    #[inline(always)]
+    pub(super) fn may_meet(&self, watcher: &Watcher, disc: &Disc, horizon: f64) -> bool {
+        let (d, w) = (disc.position - watcher.disc.position, disc.velocity - watcher.disc.velocity);
+        let reach = disc.radius + watcher.disc.radius;
+        // Falling discs come back; extreme units have no squares.
+        let any = self.laws.gravity.is_some() || self.laws.extreme_units;
+        any || self.doubt.may_meet_within(d, w, reach, horizon)
+    }
+
+    /// Time until it collides with a body, s.
+    pub(super) fn meeting(&self, watcher: &Watcher, l: usize) -> Option<f64> {
+        let other = &self.bodies[l];
+        let state = other.state_at(watcher.offset);
+        let sight = self.sight(watcher.k, &watcher.state, l, &state);
+        let rounding_speed = || {
+            let velocity = state.velocity.hi();
+            rounding_speed(&watcher.disc, &Disc { velocity, ..other.disc })
+        };
+        // A pair that touches and approaches by no more than the rounding of its velocities creeps
+        // by some 1e-16 of its speed instead of colliding.
+        let approaches = || -sight.closing().value() > rounding_speed() * sight.d.hi().length();
+        let pull = other.acceleration - self.bodies[watcher.k].acceleration;
         if self.laws.gravity.is_some() && pull != DVec2::ZERO {
             // Quick enough for the collapse model to make it a hop: or it would sink in.
             let quick = 0.25 * self.laws.contact_time;
             let shortest = if quick > 0.0 { quick } else { limits::PRESSED_CONTACT_S };
-            let next = falling_pair_impact(d, w, pull, reach, shortest);
+            let (d, w) = (sight.d.hi(), sight.w.hi());
+            let next = falling_pair_impact(d, w, pull, sight.reach.value(), shortest);
             return next.map(|time| match time {
                 Approach::At(time) => time,
-                Approach::Now if approaches_beyond_rounding(a, b) => 0.0,
+                Approach::Now if approaches() => 0.0,
                 Approach::Now | Approach::Pressed => shortest,
             });
         }
-        let time = if self.laws.extreme_units {
-            pair_impact_at_any_scale(d, w, reach)?
-        } else if may_meet_within(d, w, reach, horizon) {
-            pair_impact(d, w, reach)?
-        } else {
-            return None;
-        };
-        // Touching already: the resolver has the last word on whether they approach.
-        (time > 0.0 || approaches_beyond_rounding(a, b)).then_some(time)
+        if let Some(mut known) = self.remembered.find(watcher.k, l).copied() {
+            known.fly(watcher.offset.into(), &sight);
+            let caught = [watcher.k, l].iter().all(|&k| self.is_caught(k, watcher.offset));
+            return known.time_to_contact(&sight).filter(|_| !caught || approaches());
+        }
+        pair_impact(&sight).filter(|time| *time > 0.0 || approaches())
     }
+
+    /// One body as another sees it, from their states at the same instant.
+    pub(super) fn sight(&self, k: usize, own: &State, l: usize, other: &State) -> Sight {
+        let radius = |k: usize| self.bodies[k].disc.radius;
+        Sight {
+            d: self.laws.nearest(other.position.minus(own.position)),
+            w: other.velocity.minus(own.velocity),
+            reach: DoubleDouble::sum(radius(k), radius(l)),
+        }
+    }
+}
+
+/// A body that looks for partners.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Watcher {
+    /// Its index.
+    k: usize,
+    /// When it looks, s.
+    offset: f64,
+    state: State,
+    /// The same as doubles show it.
+    disc: Disc,
 }
 
 /// For how long the nearest images of all pairs remain those that touch next, s: at first another
@@ -108,10 +164,4 @@ fn valid_for(periodic: &Periodic, fastest: DVec2, widest: f64) -> f64 {
     let half = 0.5 * periodic.size();
     let way = (half - widest).max(half / 64.0) * (1.0 - 1e-9);
     (way / fastest).min_element()
-}
-
-/// Whether two discs in contact approach by more than the rounding of their velocities; a pair that
-/// does not creeps by some 1e-16 of its speed instead of colliding.
-fn approaches_beyond_rounding(a: &Disc, b: &Disc) -> bool {
-    approach(a, b).is_some_and(|(_, speed)| speed > rounding_speed(a, b))
 }
