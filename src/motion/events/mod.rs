@@ -191,8 +191,8 @@ pub struct Events {
     /// Whether what comes next is fetched from memory in advance.
     ahead: bool,
     energy: EnergyAccount,
-    /// Least and largest `d.d - s^2` at a contact of simulated discs, m^2 where all radii are equal,
-    /// else in units of reach and smaller radius.
+    /// Least and largest `d.d - s^2` at a contact of simulated discs: m^2 where all radii are
+    /// equal, else in units of reach and smaller radius.
     excess: (f64, f64),
     contacts: u64,
 }

@@ -11,8 +11,8 @@ use super::bodies::{Bodies, Body, Seen, Sizes};
 use super::cells::Cells;
 use crate::world::Periodic;
 
-/// The leash in mean ways of a window; the bounds in mean radii. Measured: a quarter as much costs a
-/// third to a half more (`cargo bench --bench ticks`, robots and random pucks).
+/// The leash in mean ways of a window; the bounds in mean radii. Measured: a quarter as much costs
+/// a third to a half more (`cargo bench --bench ticks`, robots and random pucks).
 const LEASH_WAYS: f64 = 12.0;
 const LEASH_RADII: (f64, f64) = (0.5, 4.0);
 
