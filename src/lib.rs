@@ -22,12 +22,12 @@
 //! | [`publish`] | results to messages |
 //! | [`scene`] | YAML scenes, random pucks from a seed |
 //! | [`check`] | the reference cases: by how much they pass |
-//! | [`bench`] | one measured run, whose physics is checked before its time is told |
+//! | [`mod@bench`] | one measured run, whose physics is checked before its time is told |
 //! | [`exact`] | error-free arithmetic, under all of the above |
 //! | `node` | the ROS 2 node; the only room that names a ROS crate (feature `ros`) |
 //!
 //! All but the node knows no ROS and no topic; only the node and the stopwatches of [`check`] and
-//! [`bench`] read a clock. Units are SI, vectors are in one fixed frame.
+//! [`mod@bench`] read a clock. Units are SI, vectors are in one fixed frame.
 #![warn(missing_docs)]
 #![deny(unsafe_code)]
 
