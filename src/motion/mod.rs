@@ -8,6 +8,22 @@
 //! | [`steps`] | a fixed step, contacts found at its end | first order in the step |
 //! | [`springs`] | contacts that give way: spring and dashpot | the model's: k^-1/2 |
 //!
+//! Where the laws alone do not say what happens, the exact methods do this:
+//!
+//! - Discs overlap, however deep, and approach: one collision at once, along the line of centres;
+//!   no position is changed.
+//! - Discs overlap and separate: nothing. The direction of motion decides, never a distance.
+//! - Centres coincide: they neither approach nor separate, so no collision. Where a message reports
+//!   such a pair, the relative velocity serves as its normal.
+//! - They approach by no more than the rounding of their velocities: at rest on each other.
+//! - Several contacts at one instant share a disc: reflected together, so symmetry stays. Walls
+//!   come after them, x before y.
+//! - A disc at its wall or beyond it: bounces if it moves outwards, is let in if inwards.
+//! - Contacts without end in a finite time (a collapse, a train pressed on a wall at restitution
+//!   0): after [many](crate::world::limits::QUICK_CONTACTS) in a row within the contact time they
+//!   are elastic until the discs have peace.
+//! - Contacts without end at one instant: a budget, then a [stall](plain::Stall) that says where.
+//!
 //! Each is made from laws, discs and how to go on; `advance(until, &mut contacts)` moves it,
 //! `discs()` shows it, `now()` says how far it came. [`clock`] keeps the times of events exact;
 //! [`energy`] tells drift, which is error, from work, which is physics.

@@ -7,13 +7,10 @@
 //! an event and O(N^2) at the start: right for small arenas, and for ever the judge of faster
 //! methods.
 //!
-//! Policies: a pair that overlaps and approaches collides now, one that separates does not. Of
-//! events at the same time the smaller index goes first; contacts at the same instant that share a
-//! disc are resolved together. Below restitution 1 discs whose contacts follow each other within
-//! the contact time, a hundred in a row, collide elastically until they have peace, so that a
-//! collapse ends (after Luding, McNamara, doi:10.1007/s100350050017, who allow no such contact to
-//! lose energy: that would throw a disc out of a corner). An arena that still cannot leave an
-//! instant is stalled, and says so.
+//! What happens where the laws do not say is in [`super`]. Of events at the same time the smaller
+//! index goes first. The collapse model (after Luding, McNamara, doi:10.1007/s100350050017, who
+//! allow no quick contact to lose energy) wants a hundred in a row: a single one would throw a disc
+//! out of a corner.
 //!
 //! Positions and velocities are carried in double-double, and a contact is resolved at the instant
 //! at which it is one, not at that instant rounded to a double: a path is right to 2^-100, times
