@@ -75,4 +75,10 @@ pub enum Refusal {
     /// The world holds as many observed circles as it may.
     #[error("the world already holds {} observed circles", super::limits::OBSERVED_CIRCLES)]
     TooManyObserved,
+    /// It is so wide that a puck of the periodic arena could touch it on two sides.
+    #[error(
+        "the circle is too wide for the periodic box: radius at most {} of its side",
+        super::limits::RADIUS_IN_PERIODIC_BOX
+    )]
+    TooWide,
 }

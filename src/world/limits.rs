@@ -18,6 +18,10 @@ pub const SIZE_MAX: f64 = 1e60;
 /// Smallest radius and mass accepted, in SI units.
 pub const SIZE_MIN: f64 = 1e-60;
 
+/// Largest radius of an observed circle in a periodic arena, in sides of its box: five of the cells
+/// that hold it fit.
+pub const RADIUS_IN_PERIODIC_BOX: f64 = 0.07;
+
 /// Smallest and largest rate of arena states, 1/s.
 pub const PUBLISH_RATES_HZ: (f64, f64) = (1e-3, 1e5);
 

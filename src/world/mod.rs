@@ -140,7 +140,10 @@ impl World {
         };
         let (simulated, discs): (Vec<Disc>, Vec<Disc>) =
             report.discs.iter().partition(|disc| self.pucks.contains(&disc.id));
+        let (discs, wide): (Vec<Disc>, Vec<Disc>) =
+            discs.into_iter().partition(|disc| !is_too_wide(&self.settings, disc));
         let mut refused = self.observed.take(&discs, heard_at);
+        refused.extend(wide.iter().map(|disc| (disc.id, Refusal::TooWide)));
         let taken = discs.iter().filter(|disc| self.observed.place(disc.id).is_some());
         taken.for_each(|disc| arena.observe(*disc));
         refused.extend(simulated.iter().map(|disc| (disc.id, Refusal::Simulated)));
@@ -190,4 +193,10 @@ impl World {
         outcome.corrections = observed.map(|disc| (disc.id, disc.velocity)).collect();
         outcome.corrections.sort_unstable_by_key(|(id, _)| *id);
     }
+}
+
+/// Whether a circle is too wide to meet pucks in a periodic box.
+fn is_too_wide(settings: &Settings, disc: &Disc) -> bool {
+    let side = settings.periodic.map(|periodic| periodic.size().min_element());
+    side.is_some_and(|side| disc.radius > limits::RADIUS_IN_PERIODIC_BOX * side)
 }

@@ -297,3 +297,87 @@ fn every_processor_gives_the_same_bits() {
         assert_eq!(states(&four), states(&one));
     }
 }
+
+#[test]
+fn a_disc_that_flies_as_before_elsewhere_is_not_hit_from_afar() {
+    // The second disc stops where it is not expected, with the velocity that it had before.
+    let (c, s) = (30f64.to_radians().cos(), 0.5);
+    let mut discs = vec![
+        disc(0, [0.0, 0.0], [1.0, 0.0], 0.5, 1.0),
+        disc(1, [2.0 + c, s], [0.0, 0.0], 0.5, 1.0),
+        disc(2, [2.0 + c, -s], [0.0, 0.0], 0.5, 1.0),
+    ];
+    let far = gas(5, 60, 12.0, (0.3, 0.3), (1.0, 1.0)).into_iter();
+    discs.extend(far.map(|d| Disc {
+        id: d.id + 10,
+        position: d.position + 60.0,
+        velocity: DVec2::ZERO,
+        ..d
+    }));
+    let mut twins = Twins::new(&Settings::default(), &discs);
+    for (until, velocity) in [(0.1, [0.0, 10.0]), (0.6, [0.0, 0.0])] {
+        twins.run(until);
+        twins.events.set_velocity(1, velocity.into());
+        twins.plain.set_velocity(1, velocity.into());
+    }
+    let (ours, judged) = twins.run(5.0);
+    assert_eq!(ours.len(), judged.len());
+    assert!(ours.iter().zip(&judged).all(|pair| is_same(&pair)));
+    assert!(twins.events.largest_gap() < 1e-12);
+}
+
+#[test]
+fn a_command_after_slow_times_moves_no_disc() {
+    for (slow, fast) in [(1e-3, 1e3), (1e-6, 1e3), (1e-9, 1e6), (1e-12, 1e6), (0.0, 1e6)] {
+        let mut discs = gas(1, 60, 20.0, (0.4, 0.4), (1.0, 1.0));
+        discs.iter_mut().for_each(|d| d.velocity *= slow);
+        let mut arena = Events::new(laws(&box_settings(20.0, 1.0), &discs), &discs);
+        let until = 3.0 / f64::max(slow, 1e-9);
+        for frame in 1..=100 {
+            let until = until * f64::from(frame) / 100.0;
+            while arena.now() < until {
+                arena.pass(until).expect("no stall");
+            }
+        }
+        let place = |arena: &Events| arena.discs(Owner::Simulated).nth(3).expect("it").position;
+        let before = place(&arena);
+        arena.set_velocity(3, DVec2::new(fast, 0.7 * fast));
+        let moved = place(&arena).distance(before);
+        assert!(moved < 1e-12, "{slow} {fast}: moved by {moved}");
+        let until = arena.now() + 100.0 / fast;
+        while arena.now() < until {
+            arena.pass(until).expect("no stall");
+        }
+        let miss = arena.largest_overlap().max(arena.largest_gap());
+        assert!(miss < 1e-9, "{slow} {fast}: {miss} radii from contact");
+    }
+}
+
+#[test]
+fn odd_ends_of_time_do_no_harm() {
+    let mut discs = gas(1, 60, 20.0, (0.4, 0.4), (1.0, 1.0));
+    let settings = box_settings(20.0, 1.0);
+    let mut moving = Events::new(laws(&settings, &discs), &discs);
+    discs.iter_mut().for_each(|d| d.velocity = DVec2::ZERO);
+    for until in [f64::NAN, f64::NEG_INFINITY, -1.0, 0.0] {
+        moving.pass(until).expect("no stall");
+        assert_eq!((moving.now(), moving.contacts()), (0.0, 0));
+    }
+    for until in [f64::INFINITY, f64::MAX, 1e300, 1e20] {
+        let mut resting = Events::new(laws(&settings, &discs), &discs);
+        resting.pass(until).expect("no stall");
+        assert_eq!((resting.now(), resting.contacts()), (until, 0));
+        resting.set_velocity(7, DVec2::X);
+        resting.pass(until * 1.5).expect("no stall");
+    }
+}
+
+#[test]
+fn distances_keep_their_unit_when_another_radius_comes() {
+    let discs = gas(1, 60, 20.0, (0.4, 0.4), (1.0, 1.0));
+    let mut arena = Events::new(laws(&box_settings(20.0, 1.0), &discs), &discs);
+    arena.pass(5.0).expect("no stall");
+    let before = (arena.largest_overlap(), arena.largest_gap());
+    arena.observe(disc(900, [-50.0, -50.0], [0.0; 2], 0.7, 1.0));
+    assert_eq!((arena.largest_overlap(), arena.largest_gap()), before);
+}

@@ -12,7 +12,7 @@ use crate::world::{Contact, Disc, Owner, Partner, Side, limits};
 
 /// By how much the square of a distance may differ from contact, in its own units: beyond it, a
 /// partner was moved from outside.
-const OUT_OF_TOUCH: f64 = 1e-6;
+const OUT_OF_TOUCH: f64 = 1e-9;
 
 impl Events {
     /// The contact that a disc is due for.
@@ -56,6 +56,13 @@ impl Events {
         (a, Disc { position: a.position + self.offset(i, j), ..b })
     }
 
+    /// Whether two discs are as far from each other as their radii say, or nearer.
+    pub(super) fn touch(&self, i: usize, j: usize) -> bool {
+        let square = self.offset(i, j).length_squared();
+        let reach = self.radii.get(i) + self.radii.get(j);
+        square - reach * reach <= OUT_OF_TOUCH * square
+    }
+
     #[inline(always)]
     pub(super) fn collide<U: Unit>(&mut self, i: usize, j: usize, witness: &mut impl Witness) {
         let d = self.offset(i, j);
@@ -77,8 +84,8 @@ impl Events {
             self.book(i, j, &exchange, restitution);
         }
         witness.see(|| self.record(i, j, d, &exchange, restitution));
-        self.flights[i].deflect(self.now, exchange.by_a);
-        self.flights[j].deflect(self.now, exchange.by_b);
+        U::deflect(&mut self.flights[i], self.now, exchange.by_a);
+        U::deflect(&mut self.flights[j], self.now, exchange.by_b);
         self.note_contacts(&[i, j], 1);
         let noted = self.dues[j].time();
         self.renew::<U>(i, f64::NAN);
@@ -182,14 +189,14 @@ impl Events {
         self.renew::<U>(k, f64::NAN);
     }
 
-    /// The restitution of a contact: elastic for a disc caught in a collapse.
+    /// The restitution of a contact: elastic between discs that are all caught in a collapse.
     #[inline(always)]
     pub(super) fn restitution(&self, usual: f64, discs: &[usize]) -> f64 {
         let collapsing = |&k: &usize| {
             let Last { time, quick } = self.last[k];
             self.now - time < self.laws.contact_time && quick >= limits::QUICK_CONTACTS
         };
-        if usual < 1.0 && !self.last.is_empty() && discs.iter().any(collapsing) {
+        if usual < 1.0 && !self.last.is_empty() && discs.iter().all(collapsing) {
             1.0
         } else {
             usual

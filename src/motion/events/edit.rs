@@ -13,6 +13,7 @@ impl Events {
     pub fn set_velocity(&mut self, id: DiscId, velocity: DVec2) {
         let Some(k) = self.find(Owner::Simulated, id) else { return };
         let before = self.disc(k).kinetic_energy();
+        self.bring_start_near(velocity.length());
         self.flights[k].turn(self.now, velocity);
         self.energy.book(self.disc(k).kinetic_energy() - before);
         self.guests |= brings_energy(&self.disc(k));
@@ -42,13 +43,19 @@ impl Events {
     /// goes on, once for all that come.
     fn come(&mut self, known: Option<usize>, disc: &Disc) {
         self.guests = true;
+        if !self.outdated {
+            self.carry_on(self.now);
+            self.outdated = true;
+        }
         let k = known.unwrap_or(self.flights.len());
         if known.is_none() {
             self.ids.push(disc.id);
             self.owners.push(Owner::Observed);
             self.push_flight(disc);
+            let equal = self.equal_radius();
             self.radii.push(disc.radius, k);
             self.masses.push(disc.mass, k);
+            self.relate_excess(equal);
             if self.laws.contact_time > 0.0 {
                 self.last.push(LONG_AGO);
             }
@@ -57,19 +64,35 @@ impl Events {
             });
         }
         self.put(k, disc);
-        self.outdated = true;
     }
 
     /// Writes down what a disc is.
     fn put(&mut self, k: usize, disc: &Disc) {
+        if !self.outdated {
+            self.bring_start_near(disc.velocity.length());
+        }
         let periodic = self.laws.periodic;
         let position = periodic.map_or(disc.position, |periodic| periodic.inside(disc.position));
         let start = position - disc.velocity * self.now;
         let DVec2 { x: vx, y: vy } = disc.velocity;
+        let equal = self.equal_radius();
         self.flights[k] = Flight { x: start.x, y: start.y, vx, vy };
         let discs = self.flights.len();
         self.radii.set(k, disc.radius, discs);
         self.masses.set(k, disc.mass, discs);
+        self.relate_excess(equal);
+    }
+
+    /// Distances at contacts are kept in other units from the first disc of another radius on.
+    fn relate_excess(&mut self, radius: Option<f64>) {
+        if let (Some(radius), Each::Own(_)) = (radius, &self.radii) {
+            let unit = 2.0 * radius * radius;
+            self.excess = (self.excess.0 / unit, self.excess.1 / unit);
+        }
+    }
+
+    fn equal_radius(&self) -> Option<f64> {
+        if let Each::Same(radius) = self.radii { Some(radius) } else { None }
     }
 
     pub(super) fn push_flight(&mut self, disc: &Disc) {

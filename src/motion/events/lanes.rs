@@ -43,6 +43,11 @@ pub trait Unit {
     /// The earliest meeting with the discs `near`, whose count is a multiple of four; `radii` is
     /// empty where all are equal. A disc does not meet itself.
     fn earliest(query: &Query, flights: &[Flight], radii: &[f64], near: &[u32]) -> Meeting;
+
+    /// Changes the velocity of a flight.
+    fn deflect(flight: &mut Flight, now: f64, by: DVec2) {
+        flight.deflect(now, by);
+    }
 }
 
 /// One at a time, on every processor.
@@ -129,7 +134,7 @@ pub fn prefetch<T>(items: &[T], index: usize) {
 mod avx2 {
     use std::arch::x86_64::*;
 
-    use super::{Events, Flight, Meeting, NOBODY, Query, Stall, Unit, WHOLE, Witness};
+    use super::{DVec2, Events, Flight, Meeting, NOBODY, Query, Stall, Unit, WHOLE, Witness};
 
     /// Four at a time.
     struct FourByFour;
@@ -147,6 +152,23 @@ mod avx2 {
                 }
             }
         }
+
+        #[inline(always)]
+        fn deflect(flight: &mut Flight, now: f64, by: DVec2) {
+            // SAFETY: reached only through the functions below.
+            unsafe { deflect(flight, now, by) }
+        }
+    }
+
+    /// All four numbers at once: what is written in parts is slow to read whole.
+    #[target_feature(enable = "avx2,fma")]
+    #[inline]
+    fn deflect(flight: &mut Flight, now: f64, by: DVec2) {
+        let by = _mm256_setr_pd(by.x, by.y, by.x, by.y);
+        let times = _mm256_setr_pd(-now, -now, 1.0, 1.0);
+        let changed = _mm256_add_pd(row(flight), _mm256_mul_pd(by, times));
+        // SAFETY: a flight is four doubles in a row.
+        unsafe { _mm256_storeu_pd((flight as *mut Flight).cast(), changed) };
     }
 
     #[target_feature(enable = "avx2,fma")]

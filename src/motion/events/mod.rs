@@ -24,6 +24,7 @@ mod lanes;
 mod predict;
 mod together;
 
+use std::cmp::Ordering;
 use std::collections::HashMap;
 
 use glam::DVec2;
@@ -61,13 +62,11 @@ impl Flight {
     }
 
     /// The flight after a change of velocity.
-    #[inline(always)]
     fn deflect(&mut self, now: f64, by: DVec2) {
-        // All four at once: what is written in parts is slow to read whole.
-        let was = [self.x, self.y, self.vx, self.vy];
-        let (by, times) = ([by.x, by.y, by.x, by.y], [-now, -now, 1.0, 1.0]);
-        let [x, y, vx, vy] = std::array::from_fn(|k| was[k] + by[k] * times[k]);
-        *self = Self { x, y, vx, vy };
+        self.x += by.x * -now;
+        self.y += by.y * -now;
+        self.vx += by.x;
+        self.vy += by.y;
     }
 
     /// The flight that passes here with another velocity.
@@ -200,6 +199,10 @@ pub struct Events {
 /// Times between contacts of a disc in an epoch: short enough that starts of flights are near, long
 /// enough that carrying all on costs nothing.
 const EPOCH: f64 = 8.0;
+
+/// How far from its start a disc may fly in an epoch, in diameters: its place there is rounded to
+/// 1e-13 of one.
+const FAR: f64 = 1024.0;
 
 /// From so many discs on, memory is slower than looking ahead.
 const AHEAD_FROM: usize = 30_000;
@@ -344,6 +347,10 @@ impl Events {
         until: f64,
         witness: &mut W,
     ) -> Result<(), Stall> {
+        // What is no number is not later than now.
+        if until.partial_cmp(&self.now()) != Some(Ordering::Greater) {
+            return Ok(());
+        }
         for _ in 0..limits::EVENTS_PER_ADVANCE {
             let Some((k, due)) = self.next_due(until) else {
                 // An event's time may have rounded to just after `until`.
@@ -364,6 +371,10 @@ impl Events {
     /// The disc whose event is the next, if that comes before `until`.
     #[inline(always)]
     fn next_due(&mut self, until: f64) -> Option<(usize, Due)> {
+        let busy = 16 * entries_per_day(self.flights.len()) as u64;
+        if self.events - self.events_before_today > busy {
+            self.shorten_days();
+        }
         loop {
             let Some(&entry) = self.calendar.open().last() else {
                 if !self.turn_page(until) {
@@ -389,31 +400,40 @@ impl Events {
 
     /// Goes on to the next day, or epoch; `false` if that comes after `until`.
     fn turn_page(&mut self, until: f64) -> bool {
-        if self.base + self.calendar.tomorrow() > until {
+        // So late that no double tells one day from the next, nothing happens any more.
+        let is_lost = self.base + self.calendar.day() == self.base;
+        if is_lost || self.base + self.calendar.tomorrow() > until {
             return false;
         }
         self.events_before_today = self.events;
         if self.calendar.is_last_day() {
-            self.next_epoch(until);
-            return true;
+            return self.next_epoch(until);
         }
         let dues = &self.dues;
         self.calendar.next_day(|k| dues[k].time());
         true
     }
 
-    /// Carries all flights on to the next epoch in which something happens.
-    fn next_epoch(&mut self, until: f64) {
+    /// Carries all flights on to the next epoch in which something happens; `false` if nothing ever
+    /// does.
+    fn next_epoch(&mut self, until: f64) -> bool {
         let epoch = self.calendar.epoch();
         let first = self.dues.iter().map(Due::time).fold(until - self.base, f64::min);
+        let fastest = self.flights.iter().map(|flight| flight.velocity().length_squared());
+        let fastest = fastest.fold(0.0, f64::max).sqrt();
         let wanted = entries_per_day(self.flights.len()) * self.calendar.days() as f64;
         let factor = power_of_two_near(wanted / (self.events as f64).max(wanted / 4096.0));
         let change =
             if (0.6..1.7).contains(&factor) { 1.0 } else { factor.clamp(1.0 / 16.0, 16.0) };
-        self.carry_on(epoch * (first / epoch).floor().max(1.0));
+        if first == f64::INFINITY {
+            return false;
+        }
+        let epochs = (first / epoch).floor().max(1.0);
+        self.carry_on(if epochs.is_finite() { epoch * epochs } else { first });
         self.events = 0;
         self.events_before_today = 0;
-        self.restart_calendar(self.calendar.day() * change);
+        self.restart_calendar(self.calendar.day() * change, fastest);
+        true
     }
 
     /// Moves the start of the epoch.
@@ -429,14 +449,19 @@ impl Events {
         self.last.iter_mut().for_each(|last| last.time -= by);
     }
 
-    fn restart_calendar(&mut self, day: f64) {
-        self.calendar.restart(day, days_of(self.flights.len()));
+    /// Starts the calendar again with days of about this length, s, but none in which a disc of
+    /// this speed, m/s, comes so far that its start is known badly.
+    fn restart_calendar(&mut self, day: f64, fastest: f64) {
+        let days = days_of(self.flights.len());
+        let longest = FAR * self.diameter / (fastest * days as f64);
+        let day = if day > longest { power_of_two_near(longest) } else { day };
+        self.calendar.restart(day, days);
         for (k, due) in self.dues.iter().enumerate() {
             self.calendar.insert(due.time(), k);
         }
     }
 
-    /// Counts events, per instant and per day.
+    /// Counts events, and those of an instant.
     #[inline(always)]
     fn count_event(&mut self, k: usize) -> Result<(), Stall> {
         self.events += 1;
@@ -451,9 +476,6 @@ impl Events {
         {
             return Err(self.stall(k));
         }
-        if self.events - self.events_before_today > 16 * entries_per_day(discs) as u64 {
-            self.shorten_days();
-        }
         Ok(())
     }
 
@@ -464,7 +486,15 @@ impl Events {
         self.carry_on(self.calendar.today());
         // A day that no double can tell from nothing is a storm, which its budget ends.
         let day = self.calendar.day() / 16.0;
-        self.restart_calendar(day.max(f64::MIN_POSITIVE * 1e30));
+        self.restart_calendar(day.max(f64::MIN_POSITIVE * 1e30), 0.0);
+    }
+
+    /// Begins an epoch now if a disc of this speed, m/s, would have started too far away.
+    fn bring_start_near(&mut self, speed: f64) {
+        if speed * self.now > FAR * self.diameter {
+            self.carry_on(self.now);
+            self.restart_calendar(self.calendar.day(), speed);
+        }
     }
 
     #[cold]

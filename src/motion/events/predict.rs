@@ -36,7 +36,7 @@ impl Events {
     }
 
     /// Predicts a disc again; `noted`: its time in the calendar.
-    #[inline(always)]
+    #[inline(never)]
     pub(super) fn renew<U: Unit>(&mut self, k: usize, noted: f64) {
         self.predict::<U>(k);
         let time = self.dues[k].time();

@@ -24,6 +24,10 @@ impl Events {
         j: usize,
         witness: &mut impl Witness,
     ) {
+        // Moved from outside, and flies again as it did before.
+        if !self.touch(i, j) {
+            return self.renew::<U>(i, f64::NAN);
+        }
         let group = self.group(i, j);
         let noted: Vec<f64> = group.members.iter().map(|&k| self.dues[k].time()).collect();
         let touched = if group.pairs.len() == 1 || self.laws.periodic.is_none() {
