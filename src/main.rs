@@ -93,7 +93,7 @@ struct CheckArguments {
     /// One JSON document with every sub-case instead of the table.
     #[arg(long)]
     json: bool,
-    /// Shorter statistics and no long runs: a minute or two.
+    /// Shorter statistics and no long runs: under a minute.
     #[arg(long)]
     quick: bool,
 }

@@ -148,6 +148,18 @@ fn the_id_of_a_puck_is_refused() {
 }
 
 #[test]
+fn a_circle_too_wide_for_a_periodic_box_is_refused() {
+    let periodic = Some(carom::world::Periodic { min: DVec2::ZERO, max: DVec2::splat(20.0) });
+    let puck = disc(1, [5.0, 5.0], [0.0; 2], 0.5, 1.0);
+    let mut world = World::new(Settings { periodic, ..Settings::default() }, &[puck]);
+    let wide = disc(7, [15.0, 15.0], [0.0; 2], 1.5, 1.0);
+    let narrow = disc(8, [15.0, 15.0], [0.0; 2], 1.3, 1.0);
+    let answer = &step(&mut world, &[observe(&[wide, narrow])], 0.0).answers[0];
+    assert_eq!(answer.refused, [(7, Refusal::TooWide)]);
+    assert_eq!(world.observed_count(), 1);
+}
+
+#[test]
 fn commands_set_velocities() {
     let puck = disc(5, [0.0; 2], [0.0; 2], 0.5, 1.0);
     let mut world = World::new(Settings::default(), &[puck]);
