@@ -43,6 +43,14 @@ fn the_same_seed_gives_the_same_physics() {
 }
 
 #[test]
+fn bench_alone_says_what_it_can_measure() {
+    let output = Command::new(env!("CARGO_BIN_EXE_carom")).arg("bench").output().expect("runs");
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(error.contains("gas") && error.lines().count() == 1, "{error}");
+}
+
+#[test]
 fn bad_use_is_one_line_and_code_2() {
     for arguments in [
         &["--area-fraction", "0.95"][..],
