@@ -17,6 +17,7 @@ use super::finding::{Finding, Tally};
 use super::number;
 use super::statistics::{Estimate, estimate, gas, limit, positive};
 use crate::motion::plain::Stall;
+use crate::scene::lattice::Lattice;
 use crate::world::{Disc, Periodic, Settings, Walls, limits};
 
 type Findings = Result<Vec<Finding>, Trouble>;
@@ -83,23 +84,10 @@ fn lattice(columns: usize, rows: usize, area_fraction: f64, field: &Field) -> Re
 
 /// On a triangular lattice that fits a square, with evenly spread empty places.
 fn square_crystal(count: usize, area_fraction: f64, field: &Field) -> Read<Setup> {
-    let side = (0.25 * PI * count as f64 / area_fraction).sqrt();
-    let columns = (count as f64 * 0.75f64.sqrt()).sqrt().round();
-    let rows = 2.0 * (0.5 * count as f64 / columns).ceil();
-    let (across, up) = (side / columns, side / rows);
-    if across <= 1.0 || (0.25 * across * across + up * up) <= 1.0 {
-        return Err(field.wrong("is denser than discs can lie"));
-    }
-    let wide = DVec2::splat(4.0 * count as f64);
-    let region = Walls { min: DVec2::ZERO, max: wide, restitution: 1.0 };
-    let mut discs = gas(&vec![(1.0, 0.5); count], region, count as f64, 1, field)?;
-    let sites = (columns * rows) as usize;
-    for (k, disc) in discs.iter_mut().enumerate() {
-        let site = k * sites / count;
-        let (column, row) = ((site % columns as usize) as f64, site / columns as usize);
-        let x = across * (column + 0.25 + 0.5 * (row % 2) as f64);
-        disc.position = DVec2::new(x, up * (row as f64 + 0.5));
-    }
+    let lattice =
+        Lattice { count, area_fraction, size_ratio: 1.0, mass_max: 1.0, walled: false, seed: 1 };
+    let crowded = || field.wrong("is denser than discs can lie");
+    let (discs, side) = lattice.discs().ok_or_else(crowded)?;
     Ok(setup(discs, DVec2::splat(side)))
 }
 

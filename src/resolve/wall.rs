@@ -4,7 +4,7 @@
 
 use glam::DVec2;
 
-use crate::world::{Disc, Side};
+use crate::world::{Contact, Disc, Partner, Side, Walls};
 
 /// What a wall contact changes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,4 +41,19 @@ pub fn bounce(disc: &Disc, side: Side, restitution: f64) -> Option<Bounce> {
         impulse: mass * (1.0 + restitution) * approach_speed,
         energy_loss: 0.5 * mass * loss * approach_speed * approach_speed,
     })
+}
+
+/// The record of a bounce.
+pub fn wall_contact(disc: &Disc, side: Side, walls: &Walls, bounce: &Bounce, time: f64) -> Contact {
+    Contact {
+        a: disc.id,
+        b: Partner::Wall(side),
+        point: disc.position + side.normal() * disc.radius,
+        normal: side.normal(),
+        gap: walls.gap(side, disc),
+        approach_speed: bounce.approach_speed,
+        impulse: bounce.impulse,
+        energy_loss: bounce.energy_loss,
+        time,
+    }
 }

@@ -381,3 +381,24 @@ fn distances_keep_their_unit_when_another_radius_comes() {
     arena.observe(disc(900, [-50.0, -50.0], [0.0; 2], 0.7, 1.0));
     assert_eq!((arena.largest_overlap(), arena.largest_gap()), before);
 }
+
+#[test]
+fn discs_that_come_and_go_before_a_fast_command_stay_in_place() {
+    let discs = gas(1, 60, 20.0, (0.2, 0.2), (1.0, 1.0));
+    let mut arena = Events::new(laws(&box_settings(20.0, 1.0), &discs), &discs);
+    arena.observe(disc(900, [-5.0, -5.0], [0.0; 2], 0.2, 1.0));
+    while arena.now() < 3.0 {
+        arena.pass(3.0).expect("no stall");
+    }
+    let before: Vec<Disc> = arena.discs(Owner::Simulated).collect();
+    arena.forget(&[900].into());
+    let come = [901, 902, 903].map(|id| disc(id, [-5.0, -5.0], [1.0, 0.0], 0.2, 1.0));
+    come.iter().for_each(|disc| arena.observe(*disc));
+    arena.set_velocity(0, DVec2::new(1e6, 0.0));
+    for (was, is) in before.iter().zip(arena.discs(Owner::Simulated)) {
+        assert!(is.position.distance(was.position) < 1e-9);
+    }
+    for guest in arena.discs(Owner::Observed) {
+        assert!(guest.position.distance(DVec2::splat(-5.0)) < 1e-9, "{guest:?}");
+    }
+}

@@ -7,7 +7,7 @@ use super::predict::SIDES;
 use super::{Due, Each, Events, Last, SAME_INSTANT, TIE, WALL};
 use crate::motion::Witness;
 use crate::resolve::pair::{Exchange, MassFractions, exchange};
-use crate::resolve::wall::bounce;
+use crate::resolve::wall::{bounce, wall_contact};
 use crate::world::{Contact, Disc, Owner, Partner, Side, limits};
 
 /// By how much the square of a distance may differ from contact, in its own units: beyond it, a
@@ -174,17 +174,7 @@ impl Events {
             self.flights[k].turn(self.now, hit.velocity);
             self.energy.book(-hit.energy_loss);
             self.note_contacts(&[k], 1);
-            witness.see(|| Contact {
-                a: disc.id,
-                b: Partner::Wall(side),
-                point: disc.position + side.normal() * disc.radius,
-                normal: side.normal(),
-                gap: walls.gap(side, &disc),
-                approach_speed: hit.approach_speed,
-                impulse: hit.impulse,
-                energy_loss: hit.energy_loss,
-                time: self.now(),
-            });
+            witness.see(|| wall_contact(&disc, side, &walls, &hit, self.now()));
         }
         self.renew::<U>(k, f64::NAN);
     }

@@ -441,8 +441,11 @@ impl Events {
         self.base += by;
         self.now = (self.now - by).max(0.0);
         self.instant -= by;
-        for (flight, due) in self.flights.iter_mut().zip(&mut self.dues) {
+        // Each by itself: of discs that came or went only the flights are kept up to date.
+        for flight in &mut self.flights {
             (flight.x, flight.y) = (flight.x + flight.vx * by, flight.y + flight.vy * by);
+        }
+        for due in &mut self.dues {
             due.contact -= by;
             due.exit -= by;
         }

@@ -13,7 +13,7 @@ use crate::resolve::pair::Impact;
 use crate::resolve::precise::{bounce, collide};
 use crate::resolve::touching::{self, pair_contact};
 use crate::resolve::wall;
-use crate::world::{Contact, Disc, Partner, Side, limits};
+use crate::world::{Contact, Disc, Side, limits};
 
 /// Events closer than this, in units of their offset or the epoch, are at the same instant: their
 /// times differ by no more than rounding.
@@ -275,17 +275,7 @@ impl Plain {
             self.energy.book(-bounce.energy_loss);
             self.turn_at_wall(k, side, restitution, bounce.approach_speed);
             self.note_contacts(&[(k, None)], time, 1);
-            contacts.push(Contact {
-                a: disc.id,
-                b: Partner::Wall(side),
-                point: disc.position + side.normal() * disc.radius,
-                normal: side.normal(),
-                gap: walls.gap(side, &disc),
-                approach_speed: bounce.approach_speed,
-                impulse: bounce.impulse,
-                energy_loss: bounce.energy_loss,
-                time: self.now,
-            });
+            contacts.push(wall::wall_contact(&disc, side, &walls, &bounce, self.now));
         } else if self.laws.presses_on(side) {
             self.lay_down(k, side);
         }

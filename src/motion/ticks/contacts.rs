@@ -8,8 +8,8 @@ use crate::detect::touching::gap;
 use crate::exact::{RunningSum, UNIT_ROUNDOFF};
 use crate::resolve::pair::{Impact, collide};
 use crate::resolve::touching::{self, pair_contact};
-use crate::resolve::wall::bounce;
-use crate::world::{Contact, Disc, Partner, Side, limits};
+use crate::resolve::wall::{bounce, wall_contact};
+use crate::world::{Contact, Disc, Side, limits};
 
 /// Events closer than this, in units of their offset or the scale of event times, are at the same
 /// instant: their times differ by no more than rounding.
@@ -118,17 +118,7 @@ impl Ticks {
             self.energy.book(-bounce.energy_loss);
             self.bodies.flights[k].velocity = bounce.velocity;
             self.note_contacts(&[k], 1);
-            contacts.push(Contact {
-                a: disc.id,
-                b: Partner::Wall(side),
-                point: disc.position + side.normal() * disc.radius,
-                normal: side.normal(),
-                gap: walls.gap(side, &disc),
-                approach_speed: bounce.approach_speed,
-                impulse: bounce.impulse,
-                energy_loss: bounce.energy_loss,
-                time: self.now,
-            });
+            contacts.push(wall_contact(&disc, side, &walls, &bounce, self.now));
         }
         self.predict_again(&[k]);
     }
