@@ -24,7 +24,7 @@ use crate::plan::BroadPhase;
 use crate::resolve::overlap::{part_from_walls, part_pairs};
 use crate::resolve::pair::approach;
 use crate::resolve::touching;
-use crate::resolve::wall::bounce;
+use crate::resolve::wall::{bounce, wall_contact};
 use crate::world::{Contact, Disc, Partner, Side, Walls, limits};
 
 /// How to step.
@@ -284,19 +284,9 @@ impl Steps {
 }
 
 fn bounce_off(disc: &mut Disc, side: Side, walls: &Walls, time: f64) -> Option<Contact> {
-    let gap = walls.gap(side, disc);
-    let bounce = bounce(disc, side, walls.restitution).filter(|_| gap <= 0.0)?;
+    let touches = walls.gap(side, disc) <= 0.0;
+    let bounce = bounce(disc, side, walls.restitution).filter(|_| touches)?;
+    let contact = wall_contact(disc, side, walls, &bounce, time);
     disc.velocity = bounce.velocity;
-    let normal = side.normal();
-    Some(Contact {
-        a: disc.id,
-        b: Partner::Wall(side),
-        point: disc.position + normal * disc.radius,
-        normal,
-        gap,
-        approach_speed: bounce.approach_speed,
-        impulse: bounce.impulse,
-        energy_loss: bounce.energy_loss,
-        time,
-    })
+    Some(contact)
 }
