@@ -8,6 +8,8 @@
 //!
 //! Never ask here what is due: the engine knows.
 
+use super::lanes::{Unit, whole_part};
+
 /// Entries in a chunk: two cache lines.
 const CHUNK: usize = 16;
 
@@ -24,8 +26,10 @@ pub struct Calendar {
     /// In which a day is counted.
     steps: f64,
     days: Vec<Day>,
-    /// -1 before the first day.
-    today: i64,
+    /// Days up to now, up to tomorrow, and in the epoch; the first is -1 before the first day.
+    today: f64,
+    tomorrow: f64,
+    end: f64,
     /// Today's entries, latest first.
     open: Vec<u64>,
     chunks: Vec<Chunk>,
@@ -55,7 +59,9 @@ impl Calendar {
             disc_bits: 0,
             steps: 0.0,
             days: vec![EMPTY; days],
-            today: -1,
+            today: -1.0,
+            tomorrow: 0.0,
+            end: days as f64,
             open: Vec::new(),
             chunks: Vec::new(),
             free: NONE,
@@ -82,7 +88,7 @@ impl Calendar {
 
     /// When today began, s; the start of the epoch before the first day.
     pub fn today(&self) -> f64 {
-        self.today.max(0) as f64 * self.day
+        self.today.max(0.0) * self.day
     }
 
     /// Length of a day, s.
@@ -92,7 +98,8 @@ impl Calendar {
 
     /// Starts again before the first day, with other days and without entries.
     pub fn restart(&mut self, day: f64, days: usize) {
-        (self.day, self.per_second, self.today) = (day, day.recip(), -1);
+        (self.day, self.per_second) = (day, day.recip());
+        (self.today, self.tomorrow, self.end) = (-1.0, 0.0, days as f64);
         self.open.clear();
         self.days.clear();
         self.days.resize(days, EMPTY);
@@ -104,15 +111,18 @@ impl Calendar {
     #[inline(always)]
     pub fn insert(&mut self, time: f64, disc: usize) {
         let scaled = time * self.per_second;
-        let day = scaled as i64;
-        if day > self.today {
-            if (day as usize) < self.days.len() {
-                self.append(day as usize, self.entry(scaled - day as f64, disc));
-            }
-            return;
+        if scaled < self.tomorrow {
+            return self.insert_today(scaled, disc);
         }
-        // Late for today, and a time that rounded to before it comes first.
-        let entry = self.entry((scaled - self.today as f64).max(0.0), disc);
+        if scaled < self.end {
+            let day = whole_part(scaled);
+            self.append(day as usize, self.entry(scaled - day as f64, disc));
+        }
+    }
+
+    /// Late for today; and a time that rounded to before it comes first.
+    fn insert_today(&mut self, scaled: f64, disc: usize) {
+        let entry = self.entry((scaled - self.today).max(0.0), disc);
         let mut at = self.open.len();
         self.open.push(entry);
         while at > 0 && self.open[at - 1] < entry {
@@ -123,47 +133,59 @@ impl Calendar {
     }
 
     /// Whether this is the entry of a disc that is due today at `time`.
-    #[inline]
+    #[inline(always)]
     pub fn holds(&self, entry: u64, time: f64) -> bool {
-        let part = (time * self.per_second - self.today as f64).max(0.0);
-        part < 1.0 && self.entry(part, self.disc(entry)) == entry
+        self.entry_at(time, self.disc(entry)) == entry
+    }
+
+    /// No entry of today up to `time` is later than this.
+    #[inline(always)]
+    pub fn latest(&self, time: f64) -> u64 {
+        self.entry_at(time, (1 << self.disc_bits) - 1)
+    }
+
+    /// The entry for a time of today; for a later time later than all.
+    #[inline(always)]
+    fn entry_at(&self, time: f64, disc: usize) -> u64 {
+        self.entry((time * self.per_second - self.today).clamp(0.0, 1.0), disc)
     }
 
     /// The disc of an entry.
-    #[inline]
+    #[inline(always)]
     pub fn disc(&self, entry: u64) -> usize {
         (entry & ((1 << self.disc_bits) - 1)) as usize
     }
 
     /// Today's entries that are left, the next one last.
-    #[inline]
+    #[inline(always)]
     pub fn open(&self) -> &[u64] {
         &self.open
     }
 
     /// Takes the next entry of today out.
-    #[inline]
+    #[inline(always)]
     pub fn pop(&mut self) -> Option<u64> {
         self.open.pop()
     }
 
     /// Whether today is the last day.
     pub fn is_last_day(&self) -> bool {
-        self.today + 1 == self.days.len() as i64
+        self.tomorrow == self.end
     }
 
     /// When tomorrow begins, s.
     pub fn tomorrow(&self) -> f64 {
-        (self.today + 1) as f64 * self.day
+        self.tomorrow * self.day
     }
 
     /// Goes on to the next day and sorts those of its entries that hold. `due` is the time at
     /// which a disc is due.
-    pub fn next_day(&mut self, due: impl Fn(usize) -> f64) {
+    #[inline(always)]
+    pub fn next_day<U: Unit>(&mut self, due: impl Fn(usize) -> f64) {
         debug_assert!(self.open.is_empty());
-        self.today += 1;
-        let Day { mut chunk, entries } =
-            std::mem::replace(&mut self.days[self.today as usize], EMPTY);
+        (self.today, self.tomorrow) = (self.tomorrow, self.tomorrow + 1.0);
+        let today = &mut self.days[self.today as usize];
+        let Day { mut chunk, entries } = std::mem::replace(today, EMPTY);
         if entries == 0 {
             return;
         }
@@ -181,15 +203,15 @@ impl Calendar {
             chunk = next;
         }
         self.open.truncate(kept);
-        self.open.sort_unstable_by(|a, b| b.cmp(a));
+        U::sort_few(&mut self.open);
     }
 
-    #[inline]
+    #[inline(always)]
     fn entry(&self, part_of_day: f64, disc: usize) -> u64 {
-        (((part_of_day * self.steps) as i64 as u64) << self.disc_bits) | disc as u64
+        (whole_part(part_of_day * self.steps) << self.disc_bits) | disc as u64
     }
 
-    #[inline]
+    #[inline(always)]
     fn append(&mut self, day: usize, entry: u64) {
         let Day { chunk, entries } = self.days[day];
         let at = entries as usize % CHUNK;
@@ -198,6 +220,7 @@ impl Calendar {
         self.days[day] = Day { chunk, entries: entries + 1 };
     }
 
+    #[inline(never)]
     fn new_chunk(&mut self, next: u32) -> u32 {
         if self.free == NONE {
             self.chunks.push(Chunk { entries: [0; CHUNK], next });

@@ -6,6 +6,7 @@
 //! side, else it is empty.
 //!
 //! A cell holds a fixed number of discs, those beyond it are kept apart: geometry makes them rare.
+//! Who looks at it leaves the empty places out; how fast, is for [`super::lanes`].
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -16,6 +17,43 @@ use crate::world::Periodic;
 
 /// Most columns or rows: places are kept in two halves of 32 bits.
 const LINE_MAX: f64 = 60_000.0;
+
+/// In a cell: no disc.
+pub const EMPTY: u32 = u32::MAX;
+
+/// Most discs that a cell has room for.
+pub const ROOM_MAX: usize = 16;
+
+/// Rows of cells side by side, in [`Cells::numbers`].
+#[derive(Clone, Copy, Debug)]
+pub struct Block {
+    /// The first number.
+    pub start: usize,
+    /// From a row to the next.
+    pub stride: usize,
+    /// Numbers in a row, a multiple of four.
+    pub width: usize,
+    /// Rows, at least one.
+    pub rows: usize,
+}
+
+impl Block {
+    /// The numbers of each row.
+    pub fn rows(self) -> impl Iterator<Item = Range<usize>> {
+        let start = move |row| self.start + row * self.stride;
+        (0..self.rows).map(start).map(move |start| start..start + self.width)
+    }
+
+    /// Behind its last number.
+    pub fn end(&self) -> usize {
+        self.start + (self.rows - 1) * self.stride + self.width
+    }
+
+    /// How many numbers it has.
+    pub fn count(&self) -> usize {
+        self.rows * self.width
+    }
+}
 
 /// A cell: column and row, counted from 1, the rim not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,15 +80,24 @@ pub enum Border {
 pub struct Cells {
     min: DVec2,
     width: DVec2,
-    margin: f64,
     columns: u16,
     rows: u16,
     border: Border,
-    /// Numbers in a cell: discs, then their count.
+    /// Where a disc of a column, or of a row, has left it: lower and upper edges, m.
+    column_edges: Vec<Edges>,
+    row_edges: Vec<Edges>,
+    /// Discs that a cell has room for.
     size: usize,
     numbers: Vec<u32>,
     /// Discs beyond those that a cell holds.
     beyond: HashMap<usize, Vec<u32>>,
+}
+
+/// The lower and the upper edge of a column or a row, the margin included, m.
+#[derive(Clone, Copy, Debug)]
+struct Edges {
+    low: f64,
+    high: f64,
 }
 
 /// What a grid is made for.
@@ -86,18 +133,21 @@ impl Cells {
         } else if mean <= 2.0 {
             8
         } else {
-            16
+            ROOM_MAX
         };
         let count = (usize::from(columns) + 2) * (usize::from(rows) + 2);
+        let is_closed = needs.border == Border::Closed;
+        let edges = |min, width, lines| edges(min, width, lines, margin, is_closed);
         Self {
             min: needs.min,
             width,
-            margin,
             columns,
             rows,
             border: needs.border,
+            column_edges: edges(needs.min.x, width.x, columns),
+            row_edges: edges(needs.min.y, width.y, rows),
             size,
-            numbers: vec![0; count * size],
+            numbers: vec![EMPTY; count * size],
             beyond: HashMap::new(),
         }
     }
@@ -122,7 +172,7 @@ impl Cells {
     }
 
     /// Whether the cell is one of the outermost.
-    #[inline]
+    #[inline(always)]
     pub fn is_outermost(&self, place: Place) -> bool {
         place.column == 1
             || place.row == 1
@@ -131,26 +181,11 @@ impl Cells {
     }
 
     /// Where a disc of this cell has left it: lower and upper edges, the margin included.
-    #[inline]
+    #[inline(always)]
     pub fn edges(&self, place: Place) -> (DVec2, DVec2) {
-        let cell = DVec2::new(f64::from(place.column), f64::from(place.row));
-        let upper = self.min + self.width * cell;
-        let (mut low, mut high) = (upper - self.width - self.margin, upper + self.margin);
-        if self.border == Border::Closed && self.is_outermost(place) {
-            if place.column == 1 {
-                low.x = f64::NEG_INFINITY;
-            }
-            if place.row == 1 {
-                low.y = f64::NEG_INFINITY;
-            }
-            if place.column == self.columns {
-                high.x = f64::INFINITY;
-            }
-            if place.row == self.rows {
-                high.y = f64::INFINITY;
-            }
-        }
-        (low, high)
+        let x = self.column_edges[usize::from(place.column)];
+        let y = self.row_edges[usize::from(place.row)];
+        (DVec2::new(x.low, y.low), DVec2::new(x.high, y.high))
     }
 
     /// The next cell along an axis and what that adds to the position; `None` where the grid ends.
@@ -178,34 +213,47 @@ impl Cells {
     }
 
     /// Index of a cell's first number.
-    #[inline]
+    #[inline(always)]
     pub fn start(&self, place: Place) -> usize {
         let stride = usize::from(self.columns) + 2;
         (usize::from(place.row) * stride + usize::from(place.column)) * self.size
     }
 
-    #[inline]
+    #[inline(always)]
     fn row_stride(&self) -> usize {
         (usize::from(self.columns) + 2) * self.size
     }
 
-    /// Where the three rows of three cells around a cell are in [`Self::numbers`].
+    /// The three by three cells around a cell.
     #[inline(always)]
-    pub fn rows_around(&self, place: Place) -> impl Iterator<Item = Range<usize>> {
-        let (stride, width) = (self.row_stride(), 3 * self.size);
-        let corner = self.start(place) - stride - self.size;
-        (0..3).map(move |row| corner + row * stride).map(move |start| start..start + width)
+    pub fn around(&self, place: Place) -> Block {
+        let (stride, size) = (self.row_stride(), self.size);
+        Block { start: self.start(place) - stride - size, stride, width: 3 * size, rows: 3 }
     }
 
-    /// Names the discs in the three by three cells around a cell, but for those beyond.
+    /// The three cells that come near where a disc enters this one.
     #[inline(always)]
-    pub fn for_each_near(&self, place: Place, mut name: impl FnMut(usize)) {
-        for row in self.rows_around(place) {
-            for cell in self.numbers[row].chunks_exact(self.size) {
-                let held = (cell[self.size - 1] as usize).min(self.size - 1);
-                cell[..held].iter().for_each(|&disc| name(disc as usize));
-            }
+    pub fn ahead(&self, place: Place, along_x: bool, up: bool) -> Block {
+        let (stride, size) = (self.row_stride(), self.size);
+        let step = if along_x { size } else { stride };
+        let middle = self.start(place);
+        let next = if up { middle + step } else { middle - step };
+        if along_x {
+            return Block { start: next - stride, stride, width: size, rows: 3 };
         }
+        Block { start: next - size, stride, width: 3 * size, rows: 1 }
+    }
+
+    /// Whether some cell holds more than it has room for.
+    #[inline(always)]
+    pub fn is_spilled(&self) -> bool {
+        !self.beyond.is_empty()
+    }
+
+    /// The discs of a block beyond those that its cells have room for.
+    pub fn beyond(&self, block: &Block) -> impl Iterator<Item = u32> {
+        let starts = block.rows().flat_map(|row| row.step_by(self.size));
+        starts.filter_map(|start| self.beyond.get(&start)).flatten().copied()
     }
 
     /// Puts a disc into a cell.
@@ -241,85 +289,44 @@ impl Cells {
     }
 
     fn add_at(&mut self, start: usize, disc: u32) {
-        let (room, end) = (self.size - 1, start + self.size - 1);
-        let count = self.numbers[end] as usize;
-        if count < room {
-            self.numbers[start + count] = disc;
-        } else {
-            self.beyond.entry(start).or_default().push(disc);
+        let cell = &mut self.numbers[start..start + self.size];
+        match cell.iter_mut().find(|held| **held == EMPTY) {
+            Some(room) => *room = disc,
+            None => self.beyond.entry(start).or_default().push(disc),
         }
-        self.numbers[end] += 1;
     }
 
     fn remove_at(&mut self, start: usize, disc: u32) {
-        let (room, end) = (self.size - 1, start + self.size - 1);
-        let count = self.numbers[end] as usize;
-        self.numbers[end] -= 1;
-        let held = &mut self.numbers[start..start + count.min(room)];
-        let last = held.len() - 1;
-        let at = held.iter().position(|&held| held == disc);
-        if count <= room {
-            // A disc is in the cell of its place.
-            held[at.unwrap_or(last)] = held[last];
-            return;
+        let cell = &mut self.numbers[start..start + self.size];
+        let at = cell.iter_mut().find(|held| **held == disc);
+        if self.beyond.is_empty() {
+            return at.into_iter().for_each(|held| *held = EMPTY);
         }
-        let Some(beyond) = self.beyond.get_mut(&start) else { return };
-        match at {
-            Some(at) => held[at] = beyond.pop().unwrap_or(disc),
-            None => beyond.retain(|&other| other != disc),
+        let beyond = self.beyond.get_mut(&start);
+        match (at, beyond) {
+            (Some(held), None) => *held = EMPTY,
+            (Some(held), Some(beyond)) => *held = beyond.pop().unwrap_or(EMPTY),
+            (None, Some(beyond)) => beyond.retain(|&other| other != disc),
+            (None, None) => {}
         }
-        if beyond.is_empty() {
+        if self.beyond.get(&start).is_some_and(Vec::is_empty) {
             self.beyond.remove(&start);
         }
     }
+}
 
-    /// All discs in the three by three cells around a cell into `near`; returns how many.
-    #[inline(always)]
-    pub fn collect(&self, place: Place, near: &mut Vec<u32>) -> usize {
-        match self.size {
-            4 => self.collect_sized::<4>(place, near),
-            8 => self.collect_sized::<8>(place, near),
-            _ => self.collect_sized::<16>(place, near),
+/// The edges of all columns or rows, those of the rim too, which nobody asks for. Where nothing
+/// leaves, the outermost have no outer edge.
+fn edges(min: f64, width: f64, lines: u16, margin: f64, is_closed: bool) -> Vec<Edges> {
+    let edges = |line: u16| {
+        let upper = min + width * f64::from(line);
+        let (is_first, is_last) = (is_closed && line <= 1, is_closed && line >= lines);
+        Edges {
+            low: if is_first { f64::NEG_INFINITY } else { upper - width - margin },
+            high: if is_last { f64::INFINITY } else { upper + margin },
         }
-    }
-
-    #[inline(always)]
-    fn collect_sized<const SIZE: usize>(&self, place: Place, near: &mut Vec<u32>) -> usize {
-        const CELLS: usize = 9;
-        if near.len() < (CELLS + 1) * SIZE {
-            near.resize((CELLS + 1) * SIZE, 0);
-        }
-        let (mut count, mut spilled) = (0, false);
-        let stride = self.row_stride();
-        let corner = self.start(place) - stride - SIZE;
-        for row in 0..3 {
-            let (cells, _) = self.numbers[corner + row * stride..][..3 * SIZE].as_chunks::<SIZE>();
-            for cell in cells {
-                let held = cell[SIZE - 1] as usize;
-                spilled |= held >= SIZE;
-                // Copying all is cheaper than asking how many.
-                near[count..count + SIZE].copy_from_slice(cell);
-                count += held.min(SIZE - 1);
-            }
-        }
-        if spilled { self.collect_beyond(place, near, count) } else { count }
-    }
-
-    #[cold]
-    fn collect_beyond(&self, place: Place, near: &mut Vec<u32>, mut count: usize) -> usize {
-        let corner = self.start(place) - self.row_stride() - self.size;
-        for row in 0..3 {
-            for column in 0..3 {
-                let start = corner + row * self.row_stride() + column * self.size;
-                let Some(beyond) = self.beyond.get(&start) else { continue };
-                near.truncate(count);
-                near.extend_from_slice(beyond);
-                count = near.len();
-            }
-        }
-        near.resize(count + 16, 0);
-        count
-    }
+    };
+    (0..=lines + 1).map(edges).collect()
 }
 
 /// Least width of a cell and margin, m: wide where changes of cells are frequent, narrow where

@@ -4,7 +4,6 @@ use std::collections::HashSet;
 
 use glam::DVec2;
 
-use super::lanes::renew_all;
 use super::{Cells, Each, Events, Flight, LONG_AGO, TIE, brings_energy, needs};
 use crate::world::{Disc, DiscId, Owner};
 
@@ -18,7 +17,7 @@ impl Events {
         self.energy.book(self.disc(k).kinetic_energy() - before);
         self.guests |= brings_energy(&self.disc(k));
         if !self.outdated {
-            renew_all(self, &[k]);
+            self.lanes.renew_all(self, &[k]);
         }
     }
 
@@ -36,7 +35,7 @@ impl Events {
         // Who expects to meet it may not notice that it is elsewhere.
         let met = self.dues.iter_mut().filter(|due| (due.partner & !TIE) as usize == k);
         met.for_each(|due| due.stamp = !due.stamp);
-        renew_all(self, &[k]);
+        self.lanes.renew_all(self, &[k]);
     }
 
     /// An observed disc that is new, or too large for the cells: they are made anew before time

@@ -36,7 +36,9 @@ use crate::exact::{RunningSum, UNIT_ROUNDOFF, power_of_two_near};
 use crate::world::{Contact, Disc, DiscId, Owner, limits};
 use calendar::Calendar;
 use cells::{Border, Cells, Needs, Place};
-use lanes::Unit;
+use lanes::{Near, Unit, Wrap};
+
+pub use lanes::Lanes;
 
 /// Where a disc would have been at the start of the epoch, and its velocity.
 #[derive(Clone, Copy, Debug)]
@@ -147,6 +149,12 @@ impl Each {
         }
     }
 
+    #[inline(always)]
+    fn same(&self) -> f64 {
+        if let Self::Same(value) = self { *value } else { 0.0 }
+    }
+
+    #[inline(always)]
     fn own(&self) -> &[f64] {
         match self {
             Self::Same(_) => &[],
@@ -177,7 +185,12 @@ pub struct Events {
     /// The largest diameter that the cells have room for, m.
     diameter: f64,
     calendar: Calendar,
-    near: Vec<u32>,
+    /// For two discs that look at once.
+    near: Box<[Near; 2]>,
+    /// The sum of two radii where all are equal, m.
+    reach: f64,
+    lanes: Lanes,
+    wrap: Option<Wrap>,
     /// Start of the epoch, s.
     base: f64,
     /// The present, s from the start of the epoch.
@@ -187,6 +200,13 @@ pub struct Events {
     events_before_today: u64,
     instant: f64,
     events_at_instant: usize,
+    /// What counts as one instant for the budget of events, s.
+    instant_length: f64,
+    /// Contacts closer than this are at the same instant, s.
+    same_instant: f64,
+    /// Events of a day that are too many, and of an instant.
+    busy: u64,
+    stalled: usize,
     /// Whether what comes next is fetched from memory in advance.
     ahead: bool,
     energy: EnergyAccount,
@@ -241,13 +261,20 @@ impl Events {
             outdated: false,
             diameter: needs.diameter,
             calendar: Calendar::new(day, days, discs.len()),
-            near: Vec::new(),
+            near: Default::default(),
+            reach: 0.0,
+            lanes: Lanes::best(),
+            wrap: laws.periodic.map(|periodic| Wrap::new(periodic.size())),
             base: 0.0,
             now: 0.0,
             events: 0,
             events_before_today: 0,
             instant: 0.0,
             events_at_instant: 0,
+            instant_length: 0.0,
+            same_instant: 0.0,
+            busy: 0,
+            stalled: 0,
             ahead: discs.len() >= AHEAD_FROM,
             energy: EnergyAccount::default(),
             excess: (0.0, 0.0),
@@ -313,7 +340,7 @@ impl Events {
     /// [`Stall`] when endlessly many contacts fall on one instant; the arena then stands there.
     pub fn advance(&mut self, until: f64, contacts: &mut Vec<Contact>) -> Result<(), Stall> {
         self.bring_up_to_date();
-        lanes::advance(self, until, contacts)
+        self.lanes.advance(self, until, contacts)
     }
 
     /// The same without a record of the contacts, which saves making them.
@@ -322,16 +349,12 @@ impl Events {
     /// As [`Self::advance`].
     pub fn pass(&mut self, until: f64) -> Result<(), Stall> {
         self.bring_up_to_date();
-        lanes::advance(self, until, &mut Nobody)
+        self.lanes.advance(self, until, &mut Nobody)
     }
 
-    /// [`Self::pass`] as a processor without vector units does it: the same bits, more slowly.
-    ///
-    /// # Errors
-    /// As [`Self::advance`].
-    pub fn pass_one_by_one(&mut self, until: f64) -> Result<(), Stall> {
-        self.bring_up_to_date();
-        self.advance_with::<lanes::OneByOne, Nobody>(until, &mut Nobody)
+    /// Goes on with this of what the processor has: the same bits, slower or faster.
+    pub fn use_lanes(&mut self, lanes: Lanes) {
+        self.lanes = lanes;
     }
 
     fn bring_up_to_date(&mut self) {
@@ -352,7 +375,7 @@ impl Events {
             return Ok(());
         }
         for _ in 0..limits::EVENTS_PER_ADVANCE {
-            let Some((k, due)) = self.next_due(until) else {
+            let Some((k, due)) = self.next_due::<U>(until) else {
                 // An event's time may have rounded to just after `until`.
                 self.now = self.now.max(until - self.base);
                 return Ok(());
@@ -370,14 +393,13 @@ impl Events {
 
     /// The disc whose event is the next, if that comes before `until`.
     #[inline(always)]
-    fn next_due(&mut self, until: f64) -> Option<(usize, Due)> {
-        let busy = 16 * entries_per_day(self.flights.len()) as u64;
-        if self.events - self.events_before_today > busy {
+    fn next_due<U: Unit>(&mut self, until: f64) -> Option<(usize, Due)> {
+        if self.events - self.events_before_today > self.busy {
             self.shorten_days();
         }
         loop {
             let Some(&entry) = self.calendar.open().last() else {
-                if !self.turn_page(until) {
+                if !self.turn_page::<U>(until) {
                     return None;
                 }
                 continue;
@@ -390,7 +412,7 @@ impl Events {
             }
             self.calendar.pop();
             if self.ahead {
-                self.fetch_ahead();
+                self.fetch_ahead::<U>();
             }
             if holds {
                 return Some((k, due));
@@ -399,7 +421,8 @@ impl Events {
     }
 
     /// Goes on to the next day, or epoch; `false` if that comes after `until`.
-    fn turn_page(&mut self, until: f64) -> bool {
+    #[inline(always)]
+    fn turn_page<U: Unit>(&mut self, until: f64) -> bool {
         // So late that no double tells one day from the next, nothing happens any more.
         let is_lost = self.base + self.calendar.day() == self.base;
         if is_lost || self.base + self.calendar.tomorrow() > until {
@@ -409,13 +432,19 @@ impl Events {
         if self.calendar.is_last_day() {
             return self.next_epoch(until);
         }
-        let dues = &self.dues;
-        self.calendar.next_day(|k| dues[k].time());
+        U::next_day(self);
         true
+    }
+
+    #[inline(always)]
+    fn open_next_day<U: Unit>(&mut self) {
+        let dues = &self.dues;
+        self.calendar.next_day::<U>(|k| dues[k].time());
     }
 
     /// Carries all flights on to the next epoch in which something happens; `false` if nothing ever
     /// does.
+    #[inline(never)]
     fn next_epoch(&mut self, until: f64) -> bool {
         let epoch = self.calendar.epoch();
         let first = self.dues.iter().map(Due::time).fold(until - self.base, f64::min);
@@ -459,9 +488,20 @@ impl Events {
         let longest = FAR * self.diameter / (fastest * days as f64);
         let day = if day > longest { power_of_two_near(longest) } else { day };
         self.calendar.restart(day, days);
+        self.fit_limits();
         for (k, due) in self.dues.iter().enumerate() {
             self.calendar.insert(due.time(), k);
         }
+    }
+
+    /// What depends on the length of an epoch and on how many discs there are.
+    fn fit_limits(&mut self) {
+        let discs = self.flights.len();
+        self.instant_length = INSTANT * self.calendar.epoch();
+        self.same_instant = SAME_INSTANT * self.calendar.epoch();
+        self.reach = 2.0 * self.radii.same();
+        self.busy = 16 * entries_per_day(discs) as u64;
+        self.stalled = limits::EVENTS_PER_INSTANT + limits::EVENTS_PER_INSTANT_AND_DISC * discs;
     }
 
     /// Counts events, and those of an instant.
@@ -469,14 +509,11 @@ impl Events {
     fn count_event(&mut self, k: usize) -> Result<(), Stall> {
         self.events += 1;
         if self.now > self.instant {
-            self.instant = self.now + INSTANT * self.calendar.epoch();
+            self.instant = self.now + self.instant_length;
             self.events_at_instant = 0;
         }
         self.events_at_instant += 1;
-        let discs = self.flights.len();
-        if self.events_at_instant
-            > limits::EVENTS_PER_INSTANT + limits::EVENTS_PER_INSTANT_AND_DISC * discs
-        {
+        if self.events_at_instant > self.stalled {
             return Err(self.stall(k));
         }
         Ok(())
@@ -527,9 +564,10 @@ fn brings_energy(disc: &Disc) -> bool {
     disc.mass.is_infinite() && disc.velocity != DVec2::ZERO
 }
 
-/// Entries of a day when it comes: few enough to sort in the first cache.
+/// Entries of a day when it comes: few enough to sort in the first cache, so many that one can look
+/// ahead.
 fn entries_per_day(discs: usize) -> f64 {
-    (discs as f64 / 64.0).clamp(16.0, 512.0)
+    (discs as f64 / 32.0).clamp(16.0, 1024.0)
 }
 
 fn days_of(discs: usize) -> usize {

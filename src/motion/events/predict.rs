@@ -2,13 +2,31 @@
 
 use glam::DVec2;
 
-use super::lanes::{self, Meeting, NOBODY, Query, Unit};
-use super::{Due, Events, NOTHING, Place, SAME_INSTANT, TIE, WALL};
+use super::cells::Block;
+use super::lanes::{self, Meeting, Sight, Unit};
+use super::{Due, Events, NOTHING, Place, TIE, WALL};
 use crate::resolve::pair::{approach, rounding_speed};
 use crate::world::{Owner, Side};
 
 /// Walls by their numbers.
 pub(super) const SIDES: [Side; 4] = [Side::Left, Side::Right, Side::Bottom, Side::Top];
+
+/// What discs see; beyond the border of a periodic box if that may lie between. As a function it
+/// would borrow the whole arena.
+macro_rules! sight {
+    ($arena:expr, $beyond_border:expr) => {
+        Sight {
+            numbers: $arena.cells.numbers(),
+            flights: &$arena.flights,
+            radii: $arena.radii.own(),
+            reach: $arena.reach,
+            square: $arena.reach * $arena.reach,
+            now: $arena.now,
+            wrap: if $beyond_border { $arena.wrap } else { None },
+            instant: $arena.same_instant,
+        }
+    };
+}
 
 impl Events {
     /// Makes new cells, and predicts all.
@@ -26,99 +44,145 @@ impl Events {
             self.dues.push(Due { contact: exit, exit, partner: NOTHING, stamp: 0, place });
         }
         self.calendar.restart(self.calendar.day(), self.calendar.days());
+        self.fit_limits();
         let all: Vec<usize> = (0..self.flights.len()).collect();
-        lanes::renew_all(self, &all);
+        self.lanes.renew_all(self, &all);
     }
 
     #[inline(always)]
     pub(super) fn renew_all<U: Unit>(&mut self, discs: &[usize]) {
-        discs.iter().for_each(|&k| self.renew::<U>(k, f64::NAN));
+        discs.iter().for_each(|&k| U::renew(self, k, f64::NAN));
     }
 
     /// Predicts a disc again; `noted`: its time in the calendar.
-    #[inline(never)]
-    pub(super) fn renew<U: Unit>(&mut self, k: usize, noted: f64) {
-        self.predict::<U>(k);
+    #[inline(always)]
+    pub(super) fn predict_again<U: Unit>(&mut self, k: usize, noted: f64) {
+        let block = self.cells.around(self.dues[k].place);
+        self.predict::<U>(k, &block);
         let time = self.dues[k].time();
         if time != noted {
             self.calendar.insert(time, k);
         }
     }
 
-    /// Finds the next contact of a disc.
+    /// The same for two discs that just met; `noted`: the time of the second in the calendar.
     #[inline(always)]
-    fn predict<U: Unit>(&mut self, k: usize) {
-        let place = self.dues[k].place;
-        let outermost = self.cells.is_outermost(place);
-        let meeting = self.earliest_meeting::<U>(k, place, outermost);
-        let (mut contact, mut partner, mut stamp) = (meeting.time, NOTHING, 0);
-        if meeting.time < f64::INFINITY {
-            let tie = meeting.second - meeting.time <= SAME_INSTANT * self.calendar.epoch();
-            partner = meeting.with | if tie { TIE } else { 0 };
-            stamp = self.flights[meeting.with as usize].stamp();
+    pub(super) fn predict_two_again<U: Unit>(&mut self, i: usize, j: usize, noted: f64) {
+        let places = [i, j].map(|k| self.dues[k].place);
+        let blocks = places.map(|place| self.cells.around(place));
+        let outermost = places.map(|place| self.cells.is_outermost(place));
+        let sight = sight!(self, outermost[0] | outermost[1]);
+        let [a, b] = U::earliest_of_two(&sight, &blocks, [i, j], &mut self.near);
+        let a = self.checked(a, 0, i, places[0], &blocks[0]);
+        let b = self.checked(b, 1, j, places[1], &blocks[1]);
+        self.take(i, self.due_for(i, a, places[0]));
+        self.take(j, self.due_for(j, b, places[1]));
+        self.calendar.insert(self.dues[i].time(), i);
+        let time = self.dues[j].time();
+        if time != noted {
+            self.calendar.insert(time, j);
         }
-        if outermost
-            && let Some((time, side)) = self.wall(k)
-            && time < contact
-        {
-            (contact, partner) = (time, WALL | side);
-        }
-        let exit = self.exit_before(k, place, contact);
-        self.dues[k] = Due { contact, exit, partner, stamp, place };
     }
 
+    /// Finds the next contact of a disc among those of a block.
     #[inline(always)]
-    fn earliest_meeting<U: Unit>(&mut self, k: usize, place: Place, outermost: bool) -> Meeting {
-        let count = self.cells.collect(place, &mut self.near);
-        let padded = count.next_multiple_of(4);
-        self.near[count..padded].fill(k as u32);
-        let query = self.query(k, outermost);
-        let near = &self.near[..padded];
-        let meeting = U::earliest(&query, &self.flights, self.radii.own(), near);
+    fn predict<U: Unit>(&mut self, k: usize, block: &Block) {
+        let place = self.dues[k].place;
+        let meeting = self.earliest_meeting::<U>(k, place, block);
+        self.take(k, self.due_for(k, meeting, place));
+    }
+
+    /// Writes down what a disc is due for, if no wall comes before that.
+    #[inline(always)]
+    fn take(&mut self, k: usize, mut due: Due) {
+        self.consider_wall(k, &mut due);
+        due.exit = self.exit(k, due.place);
+        self.dues[k] = due;
+    }
+
+    /// What a disc is due for that meets somebody, or nobody.
+    #[inline(always)]
+    fn due_for(&self, k: usize, meeting: Meeting, place: Place) -> Due {
+        let is_met = meeting.time < f64::INFINITY;
+        let with = if is_met { meeting.with as usize } else { k };
+        let met = meeting.with | if meeting.tie { TIE } else { 0 };
+        Due {
+            contact: meeting.time,
+            exit: f64::INFINITY,
+            partner: if is_met { met } else { NOTHING },
+            stamp: self.flights[with].stamp(),
+            place,
+        }
+    }
+
+    /// A wall may come before another disc.
+    #[inline(always)]
+    fn consider_wall(&self, k: usize, due: &mut Due) {
+        if self.laws.walls.is_some()
+            && self.cells.is_outermost(due.place)
+            && let Some((time, side)) = self.wall(k)
+            && time < due.contact
+        {
+            (due.contact, due.partner) = (time, WALL | side);
+        }
+    }
+
+    /// The earliest meeting of a disc with those of a block of cells.
+    #[inline(always)]
+    fn earliest_meeting<U: Unit>(&mut self, k: usize, place: Place, block: &Block) -> Meeting {
+        let sight = sight!(self, self.cells.is_outermost(place));
+        let meeting = U::earliest(&sight, block, k, &mut self.near[0]);
+        self.checked(meeting, 0, k, place, block)
+    }
+
+    /// A meeting that was found among `near[of]`, if nothing about it is in doubt.
+    #[inline(always)]
+    fn checked(
+        &self,
+        meeting: Meeting,
+        of: usize,
+        k: usize,
+        place: Place,
+        block: &Block,
+    ) -> Meeting {
         // Touching already: whether they approach is a question of rounding.
-        if meeting.time <= self.now || self.guests {
-            return self.earliest_with_care(k, count, &query);
+        if meeting.time <= self.now || self.guests || self.cells.is_spilled() {
+            return self.earliest_with_care(of, k, place, block);
         }
         meeting
     }
 
-    #[inline(always)]
-    fn query(&self, k: usize, outermost: bool) -> Query {
-        let (radius, own) = (self.radii.get(k), self.radii.own());
-        Query {
-            disc: k,
-            now: self.now,
-            reach: if own.is_empty() { 2.0 * radius } else { radius },
-            wrap: self.laws.periodic.filter(|_| outermost).map(|periodic| periodic.size()),
-        }
-    }
-
     /// The same, with a look at who the others are.
     #[cold]
-    fn earliest_with_care(&self, k: usize, count: usize, query: &Query) -> Meeting {
-        let mut found = NOBODY;
-        for &with in &self.near[..count] {
-            let Some(time) = self.meeting(k, with as usize, query) else { continue };
-            found.second = found.second.min(time.max(found.time));
-            if time < found.time {
-                (found.time, found.with) = (time, with);
-            }
-        }
-        found
+    fn earliest_with_care(&self, of: usize, k: usize, place: Place, block: &Block) -> Meeting {
+        let sight = sight!(self, self.cells.is_outermost(place));
+        let near = self.near[of].discs().iter().copied();
+        let near: Vec<u32> = near.chain(self.cells.beyond(block)).collect();
+        let time = |&with: &u32| self.meeting(&sight, k, with as usize).unwrap_or(f64::INFINITY);
+        let times: Vec<f64> = near.iter().map(time).collect();
+        Meeting::earliest(&near, &times, sight.instant)
+    }
+
+    /// The discs around another.
+    pub(super) fn discs_near<U: Unit>(&mut self, k: usize) -> Vec<usize> {
+        let block = self.cells.around(self.dues[k].place);
+        U::collect(self.cells.numbers(), &block, k as u32, &mut self.near[0]);
+        let near = self.near[0].discs().iter().copied().chain(self.cells.beyond(&block));
+        near.filter(|&other| other != k as u32).map(|other| other as usize).collect()
     }
 
     /// When two discs meet by the rules, s.
-    fn meeting(&self, k: usize, with: usize, query: &Query) -> Option<f64> {
+    fn meeting(&self, sight: &Sight, k: usize, with: usize) -> Option<f64> {
         if k == with || !self.can_collide(k, with) {
             return None;
         }
-        let time = lanes::meeting(query, &self.flights, self.radii.own(), with)?;
+        let time = lanes::meeting(sight, k, with)?;
         (time > self.now || self.approaches_beyond_rounding(k, with)).then_some(time)
     }
 
     /// When two discs that may be anywhere meet, s.
     pub(super) fn meeting_of(&self, k: usize, with: usize) -> Option<f64> {
-        self.meeting(k, with, &self.query(k, true))
+        self.meeting(&sight!(self, true), k, with)
     }
 
     /// Whether a contact of the two is ours to resolve and would change one of them.
@@ -132,21 +196,15 @@ impl Events {
         approach(&a, &b).is_some_and(|(_, speed)| speed > rounding_speed(&a, &b))
     }
 
-    /// When a disc leaves its cell, s; infinite if its contact comes first.
+    /// When a disc leaves its cell, s.
     #[inline(always)]
-    fn exit_before(&self, k: usize, place: Place, contact: f64) -> f64 {
-        let (low, high) = self.cells.edges(place);
-        let at = self.flights[k].at(contact);
-        // Also false for a place that is no number.
-        if at.x > low.x && at.x < high.x && at.y > low.y && at.y < high.y {
-            return f64::INFINITY;
-        }
+    fn exit(&self, k: usize, place: Place) -> f64 {
         let (x, y) = self.exits(k, place);
         let exit = if y < x { y } else { x };
         if exit < self.now { self.now } else { exit }
     }
 
-    /// The same for each axis.
+    /// The same for each axis, not bounded by the present.
     #[inline(always)]
     fn exits(&self, k: usize, place: Place) -> (f64, f64) {
         let (low, high) = self.cells.edges(place);
@@ -170,7 +228,27 @@ impl Events {
         self.cells.remove(due.place, k as u32);
         self.cells.add(place, k as u32);
         self.dues[k].place = place;
-        self.renew::<U>(k, f64::NAN);
+        let partner = (due.partner & !TIE) as usize;
+        if partner < WALL as usize && self.flights[partner].stamp() != due.stamp {
+            return U::renew(self, k, f64::NAN);
+        }
+        let ahead = self.cells.ahead(place, along_x, up);
+        self.predict_ahead::<U>(k, Due { place, ..due }, &ahead);
+        self.calendar.insert(self.dues[k].time(), k);
+    }
+
+    /// What is known still holds: only the discs in cells that came near are looked at.
+    #[inline(never)]
+    fn predict_ahead<U: Unit>(&mut self, k: usize, mut due: Due, ahead: &Block) {
+        let meeting = self.earliest_meeting::<U>(k, due.place, ahead);
+        let instant = self.same_instant;
+        if meeting.time < due.contact {
+            let tie = meeting.tie || due.contact <= meeting.time + instant;
+            due = self.due_for(k, Meeting { tie, ..meeting }, due.place);
+        } else if meeting.time <= due.contact + instant && due.partner < WALL {
+            due.partner |= TIE;
+        }
+        self.take(k, due);
     }
 
     /// The next wall that a disc reaches.

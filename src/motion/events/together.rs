@@ -1,7 +1,7 @@
 //! Contacts at one instant that share discs: found from one of them on, and resolved together.
 
+use super::Events;
 use super::lanes::Unit;
-use super::{Events, SAME_INSTANT};
 use crate::detect::Pair;
 use crate::exact::RunningSum;
 use crate::motion::Witness;
@@ -26,9 +26,9 @@ impl Events {
     ) {
         // Moved from outside, and flies again as it did before.
         if !self.touch(i, j) {
-            return self.renew::<U>(i, f64::NAN);
+            return U::renew(self, i, f64::NAN);
         }
-        let group = self.group(i, j);
+        let group = self.group::<U>(i, j);
         let noted: Vec<f64> = group.members.iter().map(|&k| self.dues[k].time()).collect();
         let touched = if group.pairs.len() == 1 || self.laws.periodic.is_none() {
             self.reflect(&group, &group.pairs, witness)
@@ -39,20 +39,20 @@ impl Events {
         for (&k, &noted) in group.members.iter().zip(&noted) {
             let noted = if k == i { f64::NAN } else { noted };
             if touched.contains(&k) || k == i {
-                self.renew::<U>(k, noted);
+                U::renew(self, k, noted);
             }
         }
     }
 
     /// The contacts at this instant that hang together with that of two discs.
-    fn group(&mut self, i: usize, j: usize) -> Group {
+    fn group<U: Unit>(&mut self, i: usize, j: usize) -> Group {
         let (first, second) = self.pair(i, j);
         let mut group =
             Group { members: vec![i, j], discs: vec![first, second], pairs: vec![(0, 1)] };
-        let latest = self.now + SAME_INSTANT * self.calendar.epoch();
+        let latest = self.now + self.same_instant;
         let mut seen = 0;
         while let Some(&k) = group.members.get(seen) {
-            for l in self.discs_near(k) {
+            for l in self.discs_near::<U>(k) {
                 if self.meeting_of(k, l).is_some_and(|time| time <= latest) {
                     let at = group.members.iter().position(|&member| member == l);
                     let place = at.unwrap_or(group.members.len());
@@ -71,11 +71,6 @@ impl Events {
             seen += 1;
         }
         group
-    }
-
-    fn discs_near(&mut self, k: usize) -> Vec<usize> {
-        let count = self.cells.collect(self.dues[k].place, &mut self.near);
-        self.near[..count].iter().map(|&l| l as usize).collect()
     }
 
     /// Resolves contacts of a group; returns the discs that fly otherwise now.
