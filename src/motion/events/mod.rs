@@ -16,6 +16,7 @@
 //! fused operations but those written down, so results have the same bits on every processor; they
 //! do not depend on the frame rate.
 
+mod again;
 mod calendar;
 mod cells;
 mod contacts;
