@@ -172,6 +172,11 @@ impl RunningSum {
         self.error += error;
     }
 
+    /// The sum times a power of two, exactly, barring underflow.
+    pub fn scaled(self, power_of_two: f64) -> Self {
+        Self { sum: self.sum * power_of_two, error: self.error * power_of_two }
+    }
+
     /// The sum so far.
     pub fn value(&self) -> f64 {
         self.sum + self.error

@@ -4,6 +4,7 @@ use std::collections::HashSet;
 
 use glam::DVec2;
 
+use super::drag::Drag;
 use super::events::Events;
 use super::plain::{Laws, Plain, Stall};
 use crate::plan::{Method, Plan};
@@ -16,6 +17,10 @@ pub enum Arena {
     Plain(Box<Plain>),
     /// Cells and a calendar.
     Events(Box<Events>),
+    /// The first under drag.
+    SlowedPlain(Box<Drag<Plain>>),
+    /// The second under drag.
+    SlowedEvents(Box<Drag<Events>>),
 }
 
 /// Calls the same of whichever method it is.
@@ -24,6 +29,8 @@ macro_rules! each {
         match $arena {
             Arena::Plain($method) => $call,
             Arena::Events($method) => $call,
+            Arena::SlowedPlain($method) => $call,
+            Arena::SlowedEvents($method) => $call,
         }
     };
 }
@@ -31,9 +38,13 @@ macro_rules! each {
 impl Arena {
     /// An arena at time 0 under these laws.
     pub fn new(plan: &Plan, laws: Laws, discs: &[Disc]) -> Self {
-        match plan.method {
-            Method::Plain => Self::Plain(Box::new(Plain::new(laws, discs, plan.epoch))),
-            Method::Events => Self::Events(Box::new(Events::new(laws, discs))),
+        let plain = || Plain::new(laws, discs, plan.epoch);
+        let events = || Events::new(laws, discs);
+        match (plan.method, plan.drag) {
+            (Method::Plain, false) => Self::Plain(Box::new(plain())),
+            (Method::Events, false) => Self::Events(Box::new(events())),
+            (Method::Plain, true) => Self::SlowedPlain(Box::new(Drag::new(plain()))),
+            (Method::Events, true) => Self::SlowedEvents(Box::new(Drag::new(events()))),
         }
     }
 
@@ -91,6 +102,8 @@ impl Arena {
         match self {
             Self::Plain(method) => method.largest_overlap(),
             Self::Events(method) => method.largest_overlap().max(method.largest_gap()),
+            Self::SlowedPlain(method) => method.largest_overlap(),
+            Self::SlowedEvents(method) => method.largest_overlap().max(method.largest_gap()),
         }
     }
 

@@ -5,6 +5,9 @@
 
 use crate::exact::RunningSum;
 
+/// An energy that is none, J.
+const NOTHING: f64 = 1e-250;
+
 /// Initial energy plus all work done since, J.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EnergyAccount {
@@ -17,6 +20,15 @@ impl EnergyAccount {
     pub fn book(&mut self, work: f64) {
         self.due.add(work);
         self.largest = self.largest.max(self.due.value());
+    }
+
+    /// Takes all energies for smaller by a factor. So small that squares of speeds leave the range
+    /// of doubles, there is nothing to account for.
+    pub fn scale(&mut self, factor: f64) {
+        (self.due, self.largest) = (self.due.scaled(factor), self.largest * factor);
+        if self.largest < NOTHING {
+            *self = Self::default();
+        }
     }
 
     /// What the kinetic energy ought to be, J.

@@ -8,6 +8,10 @@
 //! | [`steps`] | a fixed step, contacts found at its end | first order in the step |
 //! | [`springs`] | contacts that give way: spring and dashpot | the model's: k^-1/2 |
 //!
+//! The same linear drag for all discs leaves the first two exact: [`drag`] is a mapping of time
+//! around them. Observed circles slow down with the others until they are heard of again, and so
+//! does what has infinite mass and moves.
+//!
 //! Where the laws alone do not say what happens, the exact methods do this:
 //!
 //! - Discs overlap, however deep, and approach: one collision at once, along the line of centres;
@@ -39,6 +43,8 @@ pub mod ticks;
 pub mod steps;
 
 pub mod springs;
+
+pub mod drag;
 
 pub mod clock;
 

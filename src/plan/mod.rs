@@ -57,6 +57,8 @@ pub struct Plan {
     pub contact_time: f64,
     /// Whether times of impact need units of their own.
     pub extreme_units: bool,
+    /// Whether time is mapped for discs that slow down; without drag that changes no bit.
+    pub drag: bool,
 }
 
 impl Plan {
@@ -75,6 +77,7 @@ impl Plan {
             epoch,
             contact_time: if loses_energy { contact_time } else { 0.0 },
             extreme_units: pucks.iter().any(is_extreme),
+            drag: settings.drag != 0.0,
         };
         if pucks.len() > ALL_PAIRS_UP_TO && Events::suits(&plan.laws(settings), pucks) {
             plan.method = Method::Events;
@@ -107,6 +110,7 @@ impl Plan {
             restitution: settings.restitution,
             walls: settings.walls,
             periodic: settings.periodic,
+            drag: settings.drag,
             gravity: settings.gravity.filter(|gravity| *gravity != DVec2::ZERO),
             contact_time: self.contact_time,
             extreme_units: self.extreme_units,

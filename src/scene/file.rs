@@ -27,6 +27,7 @@ struct SceneFile {
     contact_time_s: Option<Spanned<f64>>,
     walls: Option<Spanned<WallsFile>>,
     gravity: Option<Spanned<[f64; 2]>>,
+    drag: Option<Spanned<f64>>,
     periodic: Option<Spanned<WallsFile>>,
     #[serde(default)]
     pucks: Vec<Spanned<PuckFile>>,
@@ -151,6 +152,7 @@ impl Reader<'_> {
             restitution,
             walls,
             gravity: self.gravity(&scene.gravity)?,
+            drag: self.drag(scene)?,
             periodic,
             contact_time,
             contact_margin: self.at_least_0("contact_margin_m", &node.contact_margin_m, 0.0)?,
@@ -355,6 +357,17 @@ impl Reader<'_> {
         }
         let message = "gravity: [x, y] in m/s^2, each 0 or of a size from 1e-30 to 1e30".to_owned();
         Err(self.error(Some(gravity.referenced), message))
+    }
+
+    /// The drag, which excludes gravity.
+    fn drag(&self, scene: &SceneFile) -> Checked<f64> {
+        let usual = |drag: f64| drag == 0.0 || (1e-30..=1e30).contains(&drag);
+        let drag = self.number("drag", &scene.drag, 0.0, usual, "0, or from 1e-30 to 1e30 1/s")?;
+        if drag != 0.0 && scene.gravity.is_some() {
+            let message = "drag: not with gravity; leave one of them out".to_owned();
+            return Err(self.error(scene.drag.as_ref().map(|drag| drag.referenced), message));
+        }
+        Ok(drag)
     }
 
     /// A name that is new and a token of topic names.

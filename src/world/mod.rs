@@ -50,6 +50,9 @@ pub struct Settings {
     pub periodic: Option<Periodic>,
     /// The same acceleration of all simulated pucks of finite mass, m/s^2, if there is one.
     pub gravity: Option<DVec2>,
+    /// The same linear drag of all discs, `v' = -drag v`, 1/s; not with gravity. Observed circles
+    /// slow down too until they are reported again.
+    pub drag: f64,
     /// Contact time of the collapse model, s; `None` = derived from the pucks.
     pub contact_time: Option<f64>,
     /// Observed circles with a gap up to this count as in contact, m.
@@ -65,6 +68,7 @@ impl Default for Settings {
             walls: None,
             periodic: None,
             gravity: None,
+            drag: 0.0,
             contact_time: None,
             contact_margin: 0.0,
             stale_after: limits::STALE_AFTER_S,

@@ -189,6 +189,29 @@ fn looking_between_events_changes_nothing() {
 }
 
 #[test]
+fn looking_at_discs_that_hardly_move_changes_nothing() {
+    // Nothing happens in many an epoch of the calendar, which was made for faster discs.
+    let discs = gas(8, 60, 12.0, (0.3, 0.4), (1.0, 2.0));
+    let laws = laws(&box_settings(12.0, 1.0), &discs);
+    let run = |frames: u32| {
+        let mut arena = Events::new(laws, &discs);
+        arena.pass(3.0).expect("no stall");
+        for disc in &discs {
+            arena.set_velocity(disc.id, 1e-5 * disc.velocity);
+        }
+        for frame in 1..=frames {
+            let time = 3.0 + 900.0 * f64::from(frame) / f64::from(frames);
+            arena.pass(time).expect("no stall");
+        }
+        arena.discs(Owner::Simulated).collect::<Vec<Disc>>()
+    };
+    let once = run(1);
+    for frames in [7, 100, 9_000] {
+        assert!(run(frames) == once, "{frames}");
+    }
+}
+
+#[test]
 fn commands_and_observed_discs_act_at_once() {
     let discs = gas(4, 50, 12.0, (0.3, 0.3), (1.0, 1.0));
     let settings = box_settings(12.0, 1.0);

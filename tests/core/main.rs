@@ -2,6 +2,7 @@
 
 mod common;
 mod detect;
+mod drag;
 mod events;
 mod exact;
 mod gravity;

@@ -195,7 +195,7 @@ impl Events {
     pub(super) fn restitution(&self, usual: f64, discs: &[usize]) -> f64 {
         let collapsing = |&k: &usize| {
             let Last { time, quick } = self.last[k];
-            self.now - time < self.laws.contact_time && quick >= limits::QUICK_CONTACTS
+            quick >= limits::QUICK_CONTACTS && self.is_quick(time)
         };
         if usual < 1.0 && !self.last.is_empty() && discs.iter().all(collapsing) {
             1.0
@@ -211,11 +211,17 @@ impl Events {
             return;
         }
         for &k in discs {
+            let quick = self.is_quick(self.last[k].time);
             let last = &mut self.last[k];
-            let quick = self.now - last.time < self.laws.contact_time;
             last.quick = if quick { last.quick.saturating_add(1) } else { 0 };
             last.time = self.now;
         }
+    }
+
+    /// Whether a contact is within the contact time of one at `last`, s.
+    #[inline(always)]
+    fn is_quick(&self, last: f64) -> bool {
+        self.now - last < self.laws.contact_time_after(self.base + last)
     }
 
     /// Asks for the memory that the next events of the day will touch: first what a disc is due

@@ -16,6 +16,7 @@
 //! fused operations but those written down, so results have the same bits on every processor; they
 //! do not depend on the frame rate.
 
+mod again;
 mod calendar;
 mod cells;
 mod contacts;
@@ -442,21 +443,21 @@ impl Events {
         self.calendar.next_day::<U>(|k| dues[k].time());
     }
 
-    /// Carries all flights on to the next epoch in which something happens; `false` if nothing ever
-    /// does.
+    /// Carries all flights on to the next epoch in which something happens; `false` if nothing does
+    /// before `until`: carried on for that, they would be rounded as often as somebody looks.
     #[inline(never)]
     fn next_epoch(&mut self, until: f64) -> bool {
         let epoch = self.calendar.epoch();
-        let first = self.dues.iter().map(Due::time).fold(until - self.base, f64::min);
+        let first = self.dues.iter().map(Due::time).fold(f64::INFINITY, f64::min);
+        if first == f64::INFINITY || self.base + first > until {
+            return false;
+        }
         let fastest = self.flights.iter().map(|flight| flight.velocity().length_squared());
         let fastest = fastest.fold(0.0, f64::max).sqrt();
         let wanted = entries_per_day(self.flights.len()) * self.calendar.days() as f64;
         let factor = power_of_two_near(wanted / (self.events as f64).max(wanted / 4096.0));
         let change =
             if (0.6..1.7).contains(&factor) { 1.0 } else { factor.clamp(1.0 / 16.0, 16.0) };
-        if first == f64::INFINITY {
-            return false;
-        }
         let epochs = (first / epoch).floor().max(1.0);
         self.carry_on(if epochs.is_finite() { epoch * epochs } else { first });
         self.events = 0;

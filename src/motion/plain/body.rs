@@ -92,6 +92,13 @@ impl Body {
         (self.position_rest, self.velocity_rest) = (DVec2::ZERO, DVec2::ZERO);
     }
 
+    /// Takes its own time for another, from which on it flies slower by a power of two.
+    pub fn begin_again(&mut self, own_time: f64, slowed: f64) {
+        self.disc.velocity *= slowed;
+        self.velocity_rest *= slowed;
+        self.own_time = own_time.into();
+    }
+
     /// Gives it another velocity, to the precision of doubles.
     pub fn set_velocity(&mut self, velocity: DVec2) {
         (self.disc.velocity, self.velocity_rest) = (velocity, DVec2::ZERO);

@@ -35,7 +35,13 @@ impl Default for Collapse {
 }
 
 impl Collapse {
-    /// Takes note of a contact with one partner, or with walls or several at once.
+    /// Offset of the last contact, s; negative infinity before the first.
+    pub fn last_contact(&self) -> f64 {
+        self.last_contact
+    }
+
+    /// Takes note of a contact with one partner, or with walls or several at once. `contact_time`
+    /// (s) is that after the last contact.
     pub fn note_contact(&mut self, offset: f64, partner: Option<usize>, contact_time: f64) {
         let quick = offset - self.last_contact < contact_time;
         self.quick_contacts = if quick { self.quick_contacts.saturating_add(1) } else { 0 };
@@ -69,5 +75,10 @@ impl Collapse {
     /// Moves the base of all offsets.
     pub fn rebase(&mut self, shift: f64) {
         self.last_contact -= shift;
+    }
+
+    /// Tells time anew: an offset becomes another, and all else takes longer by what slows discs.
+    pub fn begin_again(&mut self, offset: f64, at: f64, slowed: f64) {
+        self.last_contact = at + (self.last_contact - offset) / slowed;
     }
 }

@@ -310,13 +310,20 @@ impl Plain {
 
     /// Whether a body is caught in a collapse.
     pub(super) fn is_caught(&self, k: usize, time: f64) -> bool {
-        self.bodies[k].collapse.is_caught(time, self.laws.contact_time)
+        self.bodies[k].collapse.is_caught(time, self.contact_time(k))
+    }
+
+    /// The contact time after the last contact of a body, s.
+    fn contact_time(&self, k: usize) -> f64 {
+        let last = self.bodies[k].collapse.last_contact();
+        self.laws.contact_time_after(self.clock.time(last))
     }
 
     /// Takes note of contacts of bodies, each with one partner, or else with walls or several.
     fn note_contacts(&mut self, bodies: &[(usize, Option<usize>)], time: f64, count: usize) {
         for &(k, partner) in bodies {
-            self.bodies[k].collapse.note_contact(time, partner, self.laws.contact_time);
+            let contact_time = self.contact_time(k);
+            self.bodies[k].collapse.note_contact(time, partner, contact_time);
             if !self.bodies[k].collapse.is_free() {
                 self.remembered.forget(k);
             }

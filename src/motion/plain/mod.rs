@@ -26,6 +26,7 @@
 //! In a periodic box a pair is looked at as the nearest image of one sees the other. That is right
 //! until another image could come near: at that time a disc's event is to look again.
 
+mod again;
 mod body;
 mod collapse;
 mod contacts;
@@ -37,6 +38,7 @@ use std::collections::HashSet;
 use glam::DVec2;
 
 use super::clock::Clock;
+use super::drag::slowing::straight_span;
 use super::energy::EnergyAccount;
 use crate::detect::precise::Doubt;
 use crate::exact::{DoubleDoubleVec, RunningSum, UNIT_ROUNDOFF};
@@ -55,6 +57,9 @@ pub struct Laws {
     pub gravity: Option<DVec2>,
     /// The periodic box, if there is one; not with walls or gravity.
     pub periodic: Option<Periodic>,
+    /// The same linear drag of all discs, 1/s; not with gravity. [`Drag`](super::drag::Drag) does
+    /// it; the method inside knows of it only what `contact_time` is in its own time.
+    pub drag: f64,
     /// Contact time of the collapse model, s; 0 = left out.
     pub contact_time: f64,
     /// Whether lengths or speeds are so large or small that products of four leave the range of
@@ -69,6 +74,7 @@ impl Laws {
         walls: None,
         gravity: None,
         periodic: None,
+        drag: 0.0,
         contact_time: 0.0,
         extreme_units: false,
     };
@@ -112,6 +118,15 @@ impl Laws {
         let Some(periodic) = self.periodic else { return disc };
         let shift = periodic.shift(disc.position - place);
         Disc { position: disc.position + shift, ..disc }
+    }
+
+    /// The contact time in a method's own time, s, after a contact at `last` in that time.
+    #[inline(always)]
+    pub(super) fn contact_time_after(&self, last: f64) -> f64 {
+        if self.drag == 0.0 {
+            return self.contact_time;
+        }
+        straight_span(self.drag, last, self.contact_time)
     }
 
     /// Whether gravity presses discs on this wall.

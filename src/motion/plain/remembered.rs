@@ -138,6 +138,25 @@ impl Remembered {
         self.0.clear();
     }
 
+    /// Tells time anew: an offset becomes another, and the discs fly slower by a power of two.
+    /// `sight` shows two as they are at the offset.
+    pub fn begin_again(
+        &mut self,
+        offset: f64,
+        at: f64,
+        slowed: f64,
+        sight: impl Fn(usize, usize) -> Sight,
+    ) {
+        for known in &mut self.0 {
+            let (i, j) = known.pair;
+            known.fly(offset.into(), &sight(i, j));
+            let late = known.time.minus(offset.into());
+            known.time = DoubleDouble::from(at).plus(late.scaled(slowed.recip()));
+            known.closing = known.closing.scaled(slowed);
+            known.doubt *= slowed;
+        }
+    }
+
     /// Moves the base of all offsets.
     pub fn rebase(&mut self, shift: f64) {
         self.0.iter_mut().for_each(|known| known.time = known.time.minus(shift.into()));
