@@ -91,3 +91,6 @@ pub const FIRST_PUCK_ID: u32 = 1_000_000;
 
 /// Most touching pairs looked at for one message: beyond it, circles lie heaped on each other.
 pub const TOUCHING_PAIRS: usize = 4_000_000;
+
+/// Most near pairs for each disc in the lists of a method that steps: more lie heaped.
+pub const NEAR_PAIRS_PER_DISC: usize = 64;

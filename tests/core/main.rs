@@ -9,6 +9,7 @@ mod house;
 mod invariance;
 mod messages;
 mod motion;
+mod near;
 mod periodic;
 mod precise;
 mod receive;
