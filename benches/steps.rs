@@ -9,6 +9,7 @@
 use std::time::Instant;
 
 use carom::motion::plain::Laws;
+use carom::motion::springs::{self, Ending, Scheme, Springs};
 use carom::motion::steps::plain::PlainSteps;
 use carom::motion::steps::{Stepping, Steps};
 use carom::plan::BroadPhase;
@@ -36,13 +37,51 @@ fn main() {
         "missed",
         "drift"
     );
-    for count in counts {
+    for &count in &counts {
         for area_fraction in [0.3, 0.6] {
             for (walled, count_missed) in [(true, false), (true, true), (false, false)] {
                 Gas::new(count, area_fraction, walled, count_missed).measure();
             }
         }
     }
+    println!("\nsprings of {STIFFNESS} N/m");
+    println!("{:>8} {:>5} {:>14} {:>8} {:>10}", "discs", "phi", "ns/disc-step", "least", "drift");
+    for count in counts.into_iter().filter(|count| *count <= 10_000) {
+        for area_fraction in [0.3, 0.6] {
+            measure_springs(&Gas::new(count, area_fraction, true, false));
+        }
+    }
+}
+
+/// Of a contact, N/m: one lasts for five steps.
+const STIFFNESS: f64 = 1e4;
+
+fn measure_springs(gas: &Gas) {
+    let Gas { laws, discs, area_fraction, .. } = gas;
+    let ending = Ending::NoAttraction;
+    let laws = springs::Laws { stiffness: STIFFNESS, damping: 0.0, ending, walls: laws.walls };
+    let (scheme, broad_phase) = (Scheme::ClosedForm, BroadPhase::Grid);
+    let stepping = springs::Stepping { step: STEP, scheme, refuse_unstable: true, broad_phase };
+    let count = discs.len() as f64;
+    let steps = (200_000.0 / count).ceil();
+    let mut arena = Springs::new(laws, discs, stepping).expect("sound");
+    let mut contacts = Vec::new();
+    arena.advance(1.0, &mut contacts).expect("few pairs");
+    let mut times: Vec<f64> = (0..BLOCKS)
+        .map(|_| {
+            let (start, until) = (Instant::now(), arena.now() + steps * STEP);
+            arena.advance(until + 1e-9, &mut contacts).expect("few pairs");
+            start.elapsed().as_secs_f64() * 1e9 / (steps * count)
+        })
+        .collect();
+    times.sort_by(f64::total_cmp);
+    let drift = arena.relative_energy_drift();
+    assert!(drift.abs() < 1e-3, "{drift:e}");
+    println!(
+        "{count:>8} {area_fraction:>5} {:>14.1} {:>8.1} {drift:>+10.1e}",
+        times[BLOCKS / 2],
+        times[0]
+    );
 }
 
 struct Gas {
