@@ -16,7 +16,7 @@ use super::case::{Field, Read};
 use super::finding::{Finding, Tally};
 use super::number;
 use super::statistics::{Estimate, estimate, gas, limit, positive};
-use crate::motion::plain::Stall;
+use crate::motion::arena::Halt;
 use crate::scene::lattice::Lattice;
 use crate::world::{Disc, Periodic, Settings, Walls, limits};
 
@@ -99,7 +99,7 @@ struct Measured {
 
 /// Measures so many collisions a disc, after a fifth as many, at least 30, to forget the start: at
 /// area fraction 0.4 random places show for some 20.
-fn measure(setup: &Setup, collisions: f64) -> Result<Measured, Stall> {
+fn measure(setup: &Setup, collisions: f64) -> Result<Measured, Halt> {
     let count = setup.discs.len() as f64;
     let mut run = Run::new(setup);
     // kT = m = d = 1: no mean free time is longer than a few hundred.
@@ -289,7 +289,7 @@ fn judge_cooling(tally: &mut Tally, at: f64, ours: Estimate, wanted: f64, percen
 }
 
 /// A gas after ten elastic collisions a disc.
-fn equilibrated(setup: &Setup) -> Result<Setup, Stall> {
+fn equilibrated(setup: &Setup) -> Result<Setup, Halt> {
     let mut run = Run::new(setup);
     while (run.pairs as usize) < 5 * COUNT {
         run.pass(run.now() + 1.0)?;

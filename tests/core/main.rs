@@ -8,6 +8,7 @@ mod gravity;
 mod house;
 mod invariance;
 mod messages;
+mod methods;
 mod motion;
 mod near;
 mod periodic;
