@@ -56,8 +56,12 @@ struct GasArguments {
     boundary: String,
     /// How they move.
     #[arg(long, value_name = "M", default_value = "auto")]
-    #[arg(value_parser = ["auto", "events", "plain"])]
+    #[arg(value_parser = METHODS)]
     method: String,
+    /// Length of a step of the methods steps and springs, s.
+    #[arg(long, value_name = "S", default_value = "0.004166666666666667", value_parser = seconds)]
+    #[arg(allow_negative_numbers = true)]
+    step: f64,
     /// Collisions to be timed.
     #[arg(long, value_name = "K", default_value = "1000000")]
     #[arg(value_parser = clap::value_parser!(u64).range(1..=1_000_000_000_000))]
@@ -112,7 +116,16 @@ struct RunArguments {
     #[arg(long, value_name = "FACTOR", default_value = "1", value_parser = at_least_0)]
     #[arg(allow_negative_numbers = true)]
     rate: f64,
+    /// How pucks move, instead of what the scene says.
+    #[arg(long, value_name = "M", value_parser = METHODS)]
+    method: Option<String>,
+    /// Length of a step of the methods steps and springs, s.
+    #[arg(long, value_name = "S", value_parser = seconds)]
+    #[arg(allow_negative_numbers = true)]
+    step: Option<f64>,
 }
+
+const METHODS: [&str; 6] = ["auto", "events", "plain", "ticks", "steps", "springs"];
 
 fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
@@ -127,10 +140,20 @@ fn main() -> ExitCode {
 }
 
 fn load_and_run(arguments: &RunArguments) -> ExitCode {
-    match Scene::load(&arguments.scene) {
-        Ok(scene) => run(&scene, arguments),
-        Err(error) => complain(&error, 2),
+    let mut scene = match Scene::load(&arguments.scene) {
+        Ok(scene) => scene,
+        Err(error) => return complain(&error, 2),
+    };
+    let method = arguments.method.as_ref().map(|name| named(name));
+    match scene.choose(method, arguments.step) {
+        Ok(()) => run(&scene, arguments),
+        Err(message) => complain(&format!("{}: {message}", arguments.scene), 2),
     }
+}
+
+/// The method of a name that was checked; `None` = the plan chooses.
+fn named(name: &str) -> Option<Method> {
+    Method::named(name).ok().flatten()
 }
 
 fn check(arguments: CheckArguments) -> ExitCode {
@@ -151,14 +174,9 @@ fn bench_gas(arguments: &GasArguments) -> ExitCode {
         walled: arguments.boundary == "walls",
         seed: arguments.seed,
     };
-    let method = match arguments.method.as_str() {
-        "events" => Some(Method::Events),
-        "plain" => Some(Method::Plain),
-        _ => None,
-    };
-    let gas = Gas { lattice, restitution: arguments.restitution, melt: arguments.melt };
-    let options =
-        bench::Options { gas, method, collisions: arguments.collisions, json: arguments.json };
+    let GasArguments { restitution, melt, step, collisions, json, .. } = *arguments;
+    let gas = Gas { lattice, restitution, melt, step };
+    let options = bench::Options { gas, method: named(&arguments.method), collisions, json };
     match bench::bench(&options, &mut std::io::stdout().lock()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error @ BenchError::BadUse(_)) => complain(&error, 2),

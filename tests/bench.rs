@@ -36,6 +36,21 @@ fn every_kind_of_gas_is_measured_and_right() {
 }
 
 #[test]
+fn every_method_is_measured() {
+    for method in ["events", "plain", "ticks", "steps", "springs"] {
+        let found = measured(&["--discs", "100", "--method", method, "--boundary", "walls"]);
+        assert_eq!(found["method"], method);
+        let steps = ["steps", "springs"].contains(&method);
+        assert_eq!(found["ns_per_disc_step"].is_number(), steps, "{found}");
+        assert_eq!(found["late"].is_number(), method == "steps", "{found}");
+        let drift = found["energy_drift"].as_f64().expect("a number");
+        assert!(drift.abs() < if method == "springs" { 1e-2 } else { 1e-12 }, "{found}");
+    }
+    let finer = measured(&["--discs", "100", "--method", "steps", "--step", "0.001"]);
+    assert!(finer["missed"].as_f64().expect("a share") < 1e-3, "{finer}");
+}
+
+#[test]
 fn the_same_seed_gives_the_same_physics() {
     let run = |seed| measured(&["--discs", "300", "--seed", seed])["rate"].clone();
     assert_eq!(run("7"), run("7"));
@@ -64,6 +79,8 @@ fn bad_use_is_one_line_and_code_2() {
         // Too close for the lattice; too few for a periodic box of the method.
         &["--area-fraction", "0.6", "--size-ratio", "3"],
         &["--discs", "9", "--method", "events"],
+        &["--method", "springs"],
+        &["--method", "steps", "--step", "0"],
     ] {
         let output = gas(arguments);
         let error = String::from_utf8_lossy(&output.stderr);

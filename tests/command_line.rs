@@ -31,13 +31,19 @@ fn refusal(command: &mut Command) -> String {
 
 #[test]
 fn bad_use_is_one_line_and_exit_code_2() {
-    let cases: [(&[&str], &str); 8] = [
+    let cases: [(&[&str], &str); 11] = [
         (&["run", "nosuch"], "nosuch: No such file"),
         (&["nosuch.yaml"], "nosuch.yaml: No such file"),
         (&["run", "--rate", "-1"], "'--rate <FACTOR>': must be a number of 0 or more"),
         (&["run", "--rate", "fast"], "'--rate <FACTOR>': must be a number of 0 or more"),
         (&["run", "--for", "0"], "'--for <SECONDS>': must be a number of seconds above 0"),
         (&["run", "--for", "inf"], "'--for <SECONDS>': must be a number of seconds above 0"),
+        (&["run", "--method", "fast"], "invalid value 'fast' for '--method <M>'"),
+        (&["run", "--step", "0"], "'--step <S>': must be a number of seconds above 0"),
+        (
+            &["run", "teams", "--method", "springs"],
+            "teams: method springs does not do restitution; leave it out and set damping",
+        ),
         (&["--frob"], "unexpected argument '--frob'"),
         (&["run", "arena", "head_on"], "unexpected argument 'head_on'"),
     ];
@@ -82,6 +88,22 @@ fn a_run_ends_by_itself_and_says_how_it_went() {
         for word in ["t = 5.0 s", "real-time factor", "contacts/s", "energy drift", "overlap"] {
             assert!(last.contains(word), "{scene}: {text}");
         }
+    }
+}
+
+#[test]
+fn every_method_runs_a_scene() {
+    for (scene, method) in
+        [("arena", "events"), ("teams", "ticks"), ("teams", "steps"), ("head_on", "springs")]
+    {
+        let step = ["--step", "0.002"];
+        let arguments = ["run", scene, "--for", "3", "--rate", "0", "--method", method];
+        let output = output(&[&arguments[..], &step].concat());
+        let text = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(0), "{scene} {method}: {text}");
+        let last = text.lines().last().unwrap_or_default();
+        assert!(last.contains("t = 3.0 s"), "{text}");
+        assert_eq!(last.contains("late"), method == "steps", "{text}");
     }
 }
 

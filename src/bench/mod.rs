@@ -17,6 +17,9 @@ use gas::{Gas, Judgement};
 /// Timed blocks of a run.
 const BLOCKS: u32 = 5;
 
+/// Steps between two looks at the number of collisions.
+const STEPS_AT_ONCE: f64 = 20.5;
+
 /// Why there is no time.
 #[derive(Debug, thiserror::Error)]
 pub enum BenchError {
@@ -51,6 +54,8 @@ pub struct Measured {
     pub method: Method,
     /// Median of the blocks, ns for a collision.
     pub ns_per_collision: f64,
+    /// Median of the blocks, ns for a step of a disc, where steps are fixed.
+    pub ns_per_disc_step: Option<f64>,
     /// The quickest block, ns for a collision.
     pub ns_per_collision_min: f64,
     /// Until the first collision could be computed, s.
@@ -89,37 +94,43 @@ fn measure(options: &Options) -> Result<Measured, BenchError> {
     let mut arena = Arena::new(&plan, plan.laws(&settings), &discs);
     let start_up_s = start.elapsed().as_secs_f64();
     drop(discs);
-    pass(&mut arena, options.gas.melt_collisions())?;
+    pass(&mut arena, options.gas.step, options.gas.melt_collisions())?;
     let (contacts, began) = (arena.contacts(), arena.now());
-    let mut blocks = Vec::new();
+    let (mut blocks, mut step_blocks) = (Vec::new(), Vec::new());
     for _ in 0..BLOCKS {
-        let (first, start) = (arena.contacts(), Instant::now());
-        pass(&mut arena, options.collisions / u64::from(BLOCKS))?;
+        let (first, steps, start) = (arena.contacts(), arena.steps(), Instant::now());
+        pass(&mut arena, options.gas.step, options.collisions / u64::from(BLOCKS))?;
         let seconds = start.elapsed().as_secs_f64();
         blocks.push(1e9 * seconds / (arena.contacts() - first) as f64);
+        let steps = arena.steps().zip(steps).map(|(now, before)| (now - before) as f64);
+        step_blocks.extend(steps.map(|steps| 1e9 * seconds / (steps * count)));
     }
     blocks.sort_by(f64::total_cmp);
+    step_blocks.sort_by(f64::total_cmp);
     let taken = before.zip(resident()).map(|(before, after)| (after - before) / count);
     let contacts = arena.contacts() - contacts;
     Ok(Measured {
         method: plan.method,
         ns_per_collision: blocks[blocks.len() / 2],
+        ns_per_disc_step: step_blocks.get(step_blocks.len() / 2).copied(),
         ns_per_collision_min: blocks[0],
         start_up_s,
         bytes_per_disc: taken,
         collisions: contacts,
-        judgement: options.gas.judge(&arena, contacts, arena.now() - began),
+        judgement: options.gas.judge(plan.method, &arena, contacts, arena.now() - began),
     })
 }
 
 /// Goes on for so many collisions.
-fn pass(arena: &mut Arena, collisions: u64) -> Result<(), BenchError> {
+fn pass(arena: &mut Arena, step: f64, collisions: u64) -> Result<(), BenchError> {
     let target = arena.contacts() + collisions.max(1);
     let mut idle = 0;
     while arena.contacts() < target {
         let before = arena.contacts();
-        // No wall and no partner left is a scene in which nothing more happens.
-        arena.pass(arena.now() + 1e9).map_err(|stall| BenchError::Wrong(stall.to_string()))?;
+        // No wall and no partner left is a scene in which nothing more happens. Methods with fixed
+        // steps are stopped after a few.
+        let way = arena.steps().map_or(1e9, |_| STEPS_AT_ONCE * step);
+        arena.pass(arena.now() + way).map_err(|halt| BenchError::Wrong(halt.to_string()))?;
         idle = if arena.contacts() == before { idle + 1 } else { 0 };
         if idle > 10_000 {
             return Err(BenchError::Wrong("the discs meet no more".to_owned()));
@@ -144,6 +155,9 @@ fn tell(options: &Options, measured: &Measured, out: &mut impl Write) -> io::Res
         "{:>10.1} ns per collision (median of {BLOCKS} blocks, least {:.1}; {} collisions)",
         measured.ns_per_collision, measured.ns_per_collision_min, measured.collisions
     )?;
+    if let Some(time) = measured.ns_per_disc_step {
+        writeln!(out, "{time:>10.1} ns per disc and step of {} s", options.gas.step)?;
+    }
     writeln!(out, "{:>10.3} s to start", measured.start_up_s)?;
     if let Some(bytes) = measured.bytes_per_disc {
         writeln!(out, "{bytes:>10.0} bytes a disc")?;

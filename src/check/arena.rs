@@ -3,6 +3,7 @@
 use glam::DVec2;
 
 use super::case::{Field, Malformed, Read};
+use crate::motion::arena::Halt;
 use crate::motion::plain::Stall;
 use crate::world::{Contact, Disc, Instants, Partner, Settings, Side, Walls, World, limits};
 
@@ -13,6 +14,9 @@ pub enum Trouble {
     #[error(transparent)]
     Malformed(#[from] Malformed),
     /// The arena.
+    #[error(transparent)]
+    Halt(#[from] Halt),
+    /// The same of a method by itself.
     #[error(transparent)]
     Stall(#[from] Stall),
 }
@@ -113,7 +117,7 @@ impl Run {
     }
 
     /// Advances to `until` (s) and shows every contact on the way.
-    pub fn advance(&mut self, until: f64, mut see: impl FnMut(&Contact)) -> Result<(), Stall> {
+    pub fn advance(&mut self, until: f64, mut see: impl FnMut(&Contact)) -> Result<(), Halt> {
         while self.now() < until {
             let outcome = self.world.step(&[], Instants { heard_at: 0.0, advance_to: until });
             for contact in &outcome.contacts {
@@ -131,14 +135,14 @@ impl Run {
     }
 
     /// Advances and keeps the contacts.
-    pub fn contacts(&mut self, until: f64) -> Result<Vec<Contact>, Stall> {
+    pub fn contacts(&mut self, until: f64) -> Result<Vec<Contact>, Halt> {
         let mut contacts = Vec::new();
         self.advance(until, |contact| contacts.push(*contact))?;
         Ok(contacts)
     }
 
     /// Advances without looking.
-    pub fn pass(&mut self, until: f64) -> Result<(), Stall> {
+    pub fn pass(&mut self, until: f64) -> Result<(), Halt> {
         self.advance(until, |_| ())
     }
 

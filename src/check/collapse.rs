@@ -102,9 +102,10 @@ fn judge_stall(tally: &mut Tally, run: &mut Run, until: f64, expected: &Field) -
     let accumulation = expected.get("accumulation_time")?.finite()?;
     match run.pass(until) {
         Ok(()) => tally.fail(format!("no stall up to t = {until}")),
-        Err(stall) => {
-            tally.exact("stall too late", stall.time > accumulation * (1.0 + 1e-9), false);
-            tally.note(format!("stalled at t = {:.9}", stall.time));
+        Err(halt) => {
+            let time = halt.time().unwrap_or(f64::INFINITY);
+            tally.exact("stall too late", time > accumulation * (1.0 + 1e-9), false);
+            tally.note(format!("stalled at t = {time:.9}"));
         }
     }
     let finite = |disc: &Disc| disc.position.is_finite() && disc.velocity.is_finite();
@@ -179,7 +180,7 @@ fn endless_collapse(
     });
     let (policy, stop) = match stall {
         Ok(()) => ("elastic contacts", last),
-        Err(stall) => ("stall", stall.time),
+        Err(halt) => ("stall", halt.time().unwrap_or(f64::INFINITY)),
     };
     tally.near("time of the last contact", stop, collapse.decimal()?, bounds.time);
     let speeds: Vec<f64> = run.discs().iter().map(|disc| disc.velocity.x).collect();

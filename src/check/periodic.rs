@@ -16,7 +16,7 @@ use super::case::{Field, Read};
 use super::finding::{Finding, Tally};
 use super::number;
 use super::statistics::{Estimate, estimate, gas, limit, positive};
-use crate::motion::plain::Stall;
+use crate::motion::arena::Halt;
 use crate::scene::lattice::Lattice;
 use crate::world::{Disc, Periodic, Settings, Walls, limits};
 
@@ -99,7 +99,7 @@ struct Measured {
 
 /// Measures so many collisions a disc, after a fifth as many, at least 30, to forget the start: at
 /// area fraction 0.4 random places show for some 20.
-fn measure(setup: &Setup, collisions: f64) -> Result<Measured, Stall> {
+fn measure(setup: &Setup, collisions: f64) -> Result<Measured, Halt> {
     let count = setup.discs.len() as f64;
     let mut run = Run::new(setup);
     // kT = m = d = 1: no mean free time is longer than a few hundred.
@@ -234,18 +234,20 @@ pub fn pressure_of_many(root: &Field, _: Effort) -> Findings {
     Ok(findings)
 }
 
+/// Starts over which Haff's law is a mean: of fewer the standard error is itself a matter of luck.
+const STARTS: u64 = 8;
+
 /// Haff's law: at the listed multiples of `t0`, and at the end of the collisions per disc up to
 /// which the tolerance holds. The percentage bounds the law; 4 standard errors of our mean over
 /// starts are added to it.
-pub fn haff(root: &Field, effort: Effort) -> Findings {
+pub fn haff(root: &Field, _: Effort) -> Findings {
     let (inputs, tolerance) = (root.get("inputs")?, root.get("tolerance")?.get("value")?);
     let percent = tolerance.words()?.split('%').next().and_then(|word| word.trim().parse().ok());
     let percent: f64 = percent.ok_or_else(|| tolerance.wrong("must begin with a percentage"))?;
     let most = tolerance.number_after("up to")?.clamp(0.0, 1000.0);
     let (_, fraction) = (inputs.get("N")?.number_after(">=")?, inputs.get("eta")?);
-    let runs = if effort.is_full() { 8 } else { 2 };
     let gas = |seed| random_gas(positive(&fraction)?, seed, &fraction);
-    let gases: Vec<Setup> = (1..=runs).map(gas).collect::<Read<_>>()?;
+    let gases: Vec<Setup> = (1..=STARTS).map(gas).collect::<Read<_>>()?;
     let gases: Vec<Setup> = gases.iter().map(equilibrated).collect::<Result<_, _>>()?;
     let mut findings = Vec::new();
     for field in inputs.get("e")?.items()? {
@@ -289,7 +291,7 @@ fn judge_cooling(tally: &mut Tally, at: f64, ours: Estimate, wanted: f64, percen
 }
 
 /// A gas after ten elastic collisions a disc.
-fn equilibrated(setup: &Setup) -> Result<Setup, Stall> {
+fn equilibrated(setup: &Setup) -> Result<Setup, Halt> {
     let mut run = Run::new(setup);
     while (run.pairs as usize) < 5 * COUNT {
         run.pass(run.now() + 1.0)?;

@@ -14,7 +14,7 @@ use super::arena::{Run, Setup, Trouble, walls};
 use super::case::{Field, Read};
 use super::finding::{Finding, Tally};
 use super::number;
-use crate::motion::plain::Stall;
+use crate::motion::arena::Halt;
 use crate::scene::batch::{Batch, Placed, Range};
 use crate::world::{Contact, Disc, Partner, Settings, Walls, limits};
 
@@ -80,7 +80,7 @@ pub fn gas(
 }
 
 /// Rates of pair and of wall contacts over so many events, after a while to forget the start.
-fn rates(setup: &Setup, expected: f64, events: f64) -> Result<(Estimate, Estimate), Stall> {
+fn rates(setup: &Setup, expected: f64, events: f64) -> Result<(Estimate, Estimate), Halt> {
     let mut run = Run::new(setup);
     let block = events / expected / BLOCKS as f64;
     run.pass(block)?;
@@ -189,7 +189,7 @@ pub fn moments(root: &Field, effort: Effort) -> Findings {
 /// Samples of one block.
 const SAMPLES: usize = 100;
 
-fn velocity_moments(setup: &Setup, effort: Effort) -> Result<[Estimate; 4], Stall> {
+fn velocity_moments(setup: &Setup, effort: Effort) -> Result<[Estimate; 4], Halt> {
     let mut run = Run::new(setup);
     let count = setup.discs.len() as f64;
     // Forget the start: some ten collisions a disc.
@@ -305,7 +305,7 @@ pub fn relaxation(root: &Field, effort: Effort) -> Findings {
 }
 
 /// K at these numbers of collisions per disc, interpolated between short steps.
-fn speed_ratios(setup: &Setup, at: &[f64]) -> Result<Vec<f64>, Stall> {
+fn speed_ratios(setup: &Setup, at: &[f64]) -> Result<Vec<f64>, Halt> {
     let mut run = Run::new(setup);
     let per_pair = 2.0 / setup.discs.len() as f64;
     let ratio = |discs: &[Disc]| {
@@ -357,7 +357,7 @@ pub fn lyapunov(root: &Field, effort: Effort) -> Findings {
 }
 
 /// Free path, exponent per collision, exponent per time.
-fn billiard(reach: f64, path: f64, collisions: f64) -> Result<[Estimate; 3], Stall> {
+fn billiard(reach: f64, path: f64, collisions: f64) -> Result<[Estimate; 3], Halt> {
     let radius = 0.5 * reach;
     let half = DVec2::splat(0.5 + radius);
     let walls = Walls { min: -half, max: half, restitution: 1.0 };

@@ -9,7 +9,6 @@ use crate::detect;
 use crate::exact::UNIT_ROUNDOFF;
 use crate::motion::plain::{Laws, Plain};
 use crate::motion::steps::{Stepping, Steps};
-use crate::plan::BroadPhase;
 use crate::resolve::overlap::part_pairs;
 use crate::world::{Contact, Disc, Owner, limits};
 use glam::DVec2;
@@ -30,8 +29,7 @@ fn stepping(field: &Field) -> Read<Stepping> {
     if step <= 0.0 {
         return Err(field.wrong("must be above 0"));
     }
-    let broad_phase = BroadPhase::AllPairs;
-    Ok(Stepping { step, overlap_sweeps: 0, count_missed: true, broad_phase })
+    Ok(Stepping::of(step))
 }
 
 fn steps(laws: Laws, discs: &[Disc], stepping: Stepping, at: &Field) -> Read<Steps> {
@@ -74,7 +72,7 @@ pub fn head_on(root: &Field, _: Effort) -> Findings {
         let mut judge = Run::new(&setup);
         judge.pass(until)?;
         let wanted = row.get("position_error_each_after")?.decimal()?;
-        for (stepped, exact) in arena.discs().zip(judge.discs()) {
+        for (stepped, exact) in arena.discs(Owner::Simulated).zip(judge.discs()) {
             let error = stepped.position.distance(exact.position);
             tally.near("position error", error, wanted, bound);
         }
@@ -173,14 +171,12 @@ pub fn overlap_energy(root: &Field, _: Effort) -> Findings {
     let at = root.get("inputs")?;
     let pairs = detect::all_pairs::touching_pairs(&discs, 0.0).map_err(|error| at.wrong(error))?;
     let mut swept = discs.clone();
-    let moved: usize = (0..SWEEPS).map(|_| part_pairs(&mut swept, &pairs)).sum();
+    let moved: usize = (0..SWEEPS).map(|_| part_pairs(&mut swept, &pairs, None)).sum();
     let laws = Laws { restitution: 0.5, ..Laws::default() };
-    let broad_phase = BroadPhase::AllPairs;
-    let stepping =
-        Stepping { step: 0.015625, overlap_sweeps: SWEEPS, count_missed: true, broad_phase };
+    let stepping = Stepping { overlap_sweeps: SWEEPS, ..Stepping::of(0.015625) };
     let mut arena = steps(laws, &discs, stepping, &at)?;
     advance(&mut arena, stepping.step * SWEEPS as f64, &at)?;
-    let stepped: Vec<Disc> = arena.discs().collect();
+    let stepped: Vec<Disc> = arena.discs(Owner::Simulated).collect();
     let mut findings = Vec::new();
     for (label, after) in [("sweeps", swept), ("steps", stepped)] {
         let mut tally = Tally::new(label);

@@ -7,8 +7,37 @@ use glam::DVec2;
 use super::drag::Drag;
 use super::events::Events;
 use super::plain::{Laws, Plain, Stall};
+use super::springs::{self, Refused, Springs};
+use super::steps::{Steps, Unseen};
+use super::ticks::Ticks;
+use crate::detect::TooManyPairs;
 use crate::plan::{Method, Plan};
 use crate::world::{Contact, Disc, DiscId, Owner};
+
+/// Why an arena does not go on.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum Halt {
+    /// Endlessly many contacts fall on one instant.
+    #[error(transparent)]
+    Stalled(#[from] Stall),
+    /// A step finds discs heaped on each other.
+    #[error("arena stopped: {0}; shorten step_s, or part the discs")]
+    Heaped(#[from] TooManyPairs),
+    /// The springs do not stand it.
+    #[error("arena stopped: {0}")]
+    Springs(#[from] Refused),
+}
+
+impl Halt {
+    /// The instant at which it stands, s, where that is known.
+    pub fn time(&self) -> Option<f64> {
+        match self {
+            Self::Stalled(stall) => Some(stall.time),
+            Self::Springs(Refused::NotFinite { time }) => Some(*time),
+            _ => None,
+        }
+    }
+}
 
 /// One arena, by method.
 #[derive(Clone, Debug)]
@@ -21,6 +50,12 @@ pub enum Arena {
     SlowedPlain(Box<Drag<Plain>>),
     /// The second under drag.
     SlowedEvents(Box<Drag<Events>>),
+    /// Exact within a control tick.
+    Ticks(Box<Ticks>),
+    /// Fixed steps, contacts found at their ends.
+    Steps(Box<Steps>),
+    /// Contacts that give way.
+    Springs(Box<Springs>),
 }
 
 /// Calls the same of whichever method it is.
@@ -31,20 +66,72 @@ macro_rules! each {
             Arena::Events($method) => $call,
             Arena::SlowedPlain($method) => $call,
             Arena::SlowedEvents($method) => $call,
+            Arena::Ticks($method) => $call,
+            Arena::Steps($method) => $call,
+            Arena::Springs($method) => $call,
         }
     };
 }
 
 impl Arena {
-    /// An arena at time 0 under these laws.
+    /// An arena at time 0 under these laws, of a plan that [suits](Plan::choose) them.
+    ///
+    /// # Panics
+    /// If the plan does not suit them.
     pub fn new(plan: &Plan, laws: Laws, discs: &[Disc]) -> Self {
+        // Only a plan that nobody checked fails here.
+        Self::build(plan, laws, discs).expect("a plan that suits the scene")
+    }
+
+    /// The same, or why the method cannot do it.
+    ///
+    /// # Errors
+    /// What the method does not do.
+    pub fn build(plan: &Plan, laws: Laws, discs: &[Disc]) -> Result<Self, String> {
+        let say = |error: &dyn std::fmt::Display| error.to_string();
         let plain = || Plain::new(laws, discs, plan.epoch);
         let events = || Events::new(laws, discs);
-        match (plan.method, plan.drag) {
+        Ok(match (plan.method, plan.drag) {
             (Method::Plain, false) => Self::Plain(Box::new(plain())),
             (Method::Events, false) => Self::Events(Box::new(events())),
             (Method::Plain, true) => Self::SlowedPlain(Box::new(Drag::new(plain()))),
             (Method::Events, true) => Self::SlowedEvents(Box::new(Drag::new(events()))),
+            (method, true) => return Err(format!("method {method} does not do drag")),
+            (Method::Ticks, false) => {
+                let ticks = Ticks::new(laws, discs, plan.pace.tick);
+                Self::Ticks(Box::new(ticks.map_err(|error| say(&error))?))
+            }
+            (Method::Steps, false) => {
+                let steps = Steps::new(laws, discs, plan.stepping());
+                Self::Steps(Box::new(steps.map_err(|error| say(&error))?))
+            }
+            (Method::Springs, false) => {
+                let laws = springs::Laws { walls: laws.walls, ..plan.spring_laws() };
+                let springs = Springs::new(laws, discs, plan.spring_stepping(discs.len()));
+                Self::Springs(Box::new(springs.map_err(|error| say(&error))?))
+            }
+        })
+    }
+
+    /// Whether pucks meet observed circles: a spring has no instant at which to correct them.
+    pub fn meets_observed(&self) -> bool {
+        !matches!(self, Self::Springs(_))
+    }
+
+    /// Steps of fixed length since the start, where there are any.
+    pub fn steps(&self) -> Option<u64> {
+        match self {
+            Self::Steps(method) => Some(method.steps()),
+            Self::Springs(method) => Some(method.steps()),
+            _ => None,
+        }
+    }
+
+    /// Contacts that steps of fixed length did not see when they happened.
+    pub fn unseen(&self) -> Option<Unseen> {
+        match self {
+            Self::Steps(method) => Some(method.unseen()),
+            _ => None,
         }
     }
 
@@ -55,7 +142,16 @@ impl Arena {
 
     /// The discs of one owner as they are now, in the order in which they came.
     pub fn discs(&self, owner: Owner) -> impl Iterator<Item = Disc> + use<> {
-        let discs: Vec<Disc> = each!(self, method => method.discs(owner).collect());
+        let discs: Vec<Disc> = match self {
+            Self::Plain(method) => method.discs(owner).collect(),
+            Self::Events(method) => method.discs(owner).collect(),
+            Self::SlowedPlain(method) => method.discs(owner).collect(),
+            Self::SlowedEvents(method) => method.discs(owner).collect(),
+            Self::Ticks(method) => method.discs(owner).collect(),
+            Self::Steps(method) => method.discs(owner).collect(),
+            Self::Springs(method) if owner == Owner::Simulated => method.discs().collect(),
+            Self::Springs(_) => Vec::new(),
+        };
         discs.into_iter()
     }
 
@@ -71,7 +167,18 @@ impl Arena {
 
     /// Largest overlap of a simulated pair at any contact, in units of the smaller radius.
     pub fn largest_overlap(&self) -> f64 {
-        each!(self, method => method.largest_overlap())
+        match self {
+            Self::Plain(method) => method.largest_overlap(),
+            Self::Events(method) => method.largest_overlap(),
+            Self::SlowedPlain(method) => method.largest_overlap(),
+            Self::SlowedEvents(method) => method.largest_overlap(),
+            Self::Ticks(method) => method.largest_overlap(),
+            Self::Steps(method) => method.largest_overlap(),
+            Self::Springs(method) => {
+                let smallest = method.discs().map(|disc| disc.radius).fold(f64::INFINITY, f64::min);
+                method.largest_overlap() / smallest
+            }
+        }
     }
 
     /// Contacts since the start, pairs and walls.
@@ -83,42 +190,74 @@ impl Arena {
     /// events: [`Self::now`] tells how far it came.
     ///
     /// # Errors
-    /// [`Stall`] when endlessly many contacts fall on one instant; the arena then stands there.
-    pub fn advance(&mut self, until: f64, contacts: &mut Vec<Contact>) -> Result<(), Stall> {
-        each!(self, method => method.advance(until, contacts))
+    /// [`Halt`]; the arena then stands where it is.
+    pub fn advance(&mut self, until: f64, contacts: &mut Vec<Contact>) -> Result<(), Halt> {
+        each!(self, method => Ok(method.advance(until, contacts)?))
     }
 
     /// The same without a record of the contacts.
     ///
     /// # Errors
     /// As [`Self::advance`].
-    pub fn pass(&mut self, until: f64) -> Result<(), Stall> {
-        each!(self, method => method.pass(until))
+    pub fn pass(&mut self, until: f64) -> Result<(), Halt> {
+        match self {
+            Self::Plain(method) => Ok(method.pass(until)?),
+            Self::Events(method) => Ok(method.pass(until)?),
+            Self::SlowedPlain(method) => Ok(method.pass(until)?),
+            Self::SlowedEvents(method) => Ok(method.pass(until)?),
+            Self::Steps(method) => Ok(method.pass(until)?),
+            _ => self.advance(until, &mut Vec::new()),
+        }
     }
 
     /// Largest distance from contact of a simulated pair when it collided, in units of the smaller
-    /// radius; the plain method tells overlaps only.
+    /// radius; only the method of events tells gaps.
     pub fn largest_miss(&self) -> f64 {
         match self {
-            Self::Plain(method) => method.largest_overlap(),
             Self::Events(method) => method.largest_overlap().max(method.largest_gap()),
-            Self::SlowedPlain(method) => method.largest_overlap(),
             Self::SlowedEvents(method) => method.largest_overlap().max(method.largest_gap()),
+            _ => self.largest_overlap(),
         }
     }
 
     /// Gives a simulated disc, if it is there, a new velocity from now on.
     pub fn set_velocity(&mut self, id: DiscId, velocity: DVec2) {
-        each!(self, method => method.set_velocity(id, velocity));
+        match self {
+            Self::Plain(method) => method.set_velocity(id, velocity),
+            Self::Events(method) => method.set_velocity(id, velocity),
+            Self::SlowedPlain(method) => method.set_velocity(id, velocity),
+            Self::SlowedEvents(method) => method.set_velocity(id, velocity),
+            Self::Ticks(method) => method.set_velocity(id, velocity),
+            Self::Steps(method) => method.set_velocity(id, velocity),
+            // What refuses it refuses to go on too, and is told then.
+            Self::Springs(method) => drop(method.set_velocity(id, velocity)),
+        }
     }
 
-    /// Puts an observed disc where its owner says that it is, adding it if it is new.
+    /// Puts an observed disc where its owner says that it is, adding it if it is new; nothing
+    /// happens where pucks [meet none](Self::meets_observed).
     pub fn observe(&mut self, disc: Disc) {
-        each!(self, method => method.observe(disc));
+        match self {
+            Self::Plain(method) => method.observe(disc),
+            Self::Events(method) => method.observe(disc),
+            Self::SlowedPlain(method) => method.observe(disc),
+            Self::SlowedEvents(method) => method.observe(disc),
+            Self::Ticks(method) => method.observe(disc),
+            Self::Steps(method) => method.observe(disc),
+            Self::Springs(_) => {}
+        }
     }
 
     /// Takes observed discs out.
     pub fn forget(&mut self, ids: &HashSet<DiscId>) {
-        each!(self, method => method.forget(ids));
+        match self {
+            Self::Plain(method) => method.forget(ids),
+            Self::Events(method) => method.forget(ids),
+            Self::SlowedPlain(method) => method.forget(ids),
+            Self::SlowedEvents(method) => method.forget(ids),
+            Self::Ticks(method) => method.forget(ids),
+            Self::Steps(method) => method.forget(ids),
+            Self::Springs(_) => {}
+        }
     }
 }

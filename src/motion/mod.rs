@@ -40,6 +40,8 @@ pub mod events;
 
 pub mod ticks;
 
+pub mod near;
+
 pub mod steps;
 
 pub mod springs;
@@ -54,6 +56,9 @@ use crate::world::Contact;
 
 /// Who is told of contacts; what nobody looks at is not computed.
 pub trait Witness {
+    /// Whether contacts are looked at.
+    const LOOKS: bool = true;
+
     /// A contact took place.
     fn see(&mut self, contact: impl FnOnce() -> Contact);
 }
@@ -70,6 +75,8 @@ impl Witness for Vec<Contact> {
 pub struct Nobody;
 
 impl Witness for Nobody {
+    const LOOKS: bool = false;
+
     #[inline(always)]
     fn see(&mut self, _: impl FnOnce() -> Contact) {}
 }

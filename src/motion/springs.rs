@@ -32,10 +32,13 @@ use std::collections::BTreeMap;
 
 use glam::DVec2;
 
-use crate::detect::TooManyPairs;
+use super::energy::EnergyAccount;
+use super::near::Near;
+use super::near::lanes::Pairs;
+use crate::detect::{Pair, TooManyPairs};
 use crate::exact::RunningSum;
 use crate::plan::BroadPhase;
-use crate::world::{Contact, Disc, Partner, Walls, limits};
+use crate::world::{Contact, Disc, DiscId, Partner, Walls, limits};
 pub use cluster::Implicit;
 use flow::Flow;
 pub use integrators::Explicit;
@@ -78,7 +81,8 @@ pub struct Stepping {
     pub scheme: Scheme,
     /// Refuse steps beyond the stability limit; `false` only to show what happens there.
     pub refuse_unstable: bool,
-    /// How neighbours are found.
+    /// How neighbours are found: with a grid the closed form keeps lists of them over many steps;
+    /// all pairs are its judge, to the same bits.
     pub broad_phase: BroadPhase,
 }
 
@@ -127,16 +131,70 @@ pub struct Springs {
     /// Steps done.
     count: u64,
     now: f64,
+    /// When the grid of times began, s.
+    base: f64,
     /// At the last step end.
     discs: Vec<Disc>,
-    /// At present.
-    shown: Vec<Disc>,
+    /// At present, if that is not a step end.
+    shown: Option<Vec<Disc>>,
+    neighbours: Neighbours,
+    /// Contacts that a command ended, to be told.
+    ended: Vec<Contact>,
     /// Contacts that go on.
     open: BTreeMap<Link, Contact>,
     /// The stiffest mode, 1/s^2, that was found to be stable.
     stable_mode: f64,
     deepest: f64,
     contacts: u64,
+    /// What dashpots and the ends of contacts took, J.
+    lost: RunningSum,
+    energy: EnergyAccount,
+}
+
+/// Who is near whom, kept over many steps.
+#[derive(Clone, Debug)]
+struct Neighbours {
+    near: Near,
+    places: Vec<DVec2>,
+    radii: Vec<f64>,
+    found: Pairs,
+    pairs: Vec<Pair>,
+    /// By how much two discs can have come closer since the last look, m.
+    closer: f64,
+    /// The discs after the step, before it is known to be right.
+    next: Vec<Disc>,
+}
+
+impl Default for Neighbours {
+    fn default() -> Self {
+        Self {
+            near: Near::new(None),
+            places: Vec::new(),
+            radii: Vec::new(),
+            found: Pairs::default(),
+            pairs: Vec::new(),
+            closer: 0.0,
+            next: Vec::new(),
+        }
+    }
+}
+
+impl Neighbours {
+    /// Lists the pairs with a gap up to a margin (m), and perhaps some more, in ascending order.
+    fn list(&mut self, discs: &[Disc], margin: f64) -> Result<(), TooManyPairs> {
+        self.places.clear();
+        self.places.extend(discs.iter().map(|disc| disc.position));
+        self.radii.clear();
+        self.radii.extend(discs.iter().map(|disc| disc.radius));
+        let everyone: Option<fn(usize, usize) -> bool> = None;
+        let Self { near, places, radii, found, .. } = self;
+        near.within(places, radii, (margin, self.closer), everyone, found)?;
+        self.closer = 0.0;
+        self.pairs.clear();
+        self.pairs.extend(self.found.iter());
+        self.pairs.sort_unstable();
+        Ok(())
+    }
 }
 
 impl Springs {
@@ -154,14 +212,20 @@ impl Springs {
             stepping,
             count: 0,
             now: 0.0,
+            base: 0.0,
             discs: discs.to_vec(),
-            shown: discs.to_vec(),
+            shown: None,
+            neighbours: Neighbours::default(),
+            ended: Vec::new(),
+            lost: RunningSum::default(),
+            energy: EnergyAccount::default(),
             open: BTreeMap::new(),
             stable_mode: 0.0,
             deepest: 0.0,
             contacts: 0,
         };
         arena.refuse_unstable_contacts(laws.stiffness * lightest)?;
+        arena.energy.book(arena.mechanical_energy());
         Ok(arena)
     }
 
@@ -172,12 +236,21 @@ impl Springs {
 
     /// The discs as they are now.
     pub fn discs(&self) -> impl Iterator<Item = Disc> + '_ {
-        self.shown.iter().copied()
+        self.now_discs().iter().copied()
+    }
+
+    fn now_discs(&self) -> &[Disc] {
+        self.shown.as_deref().unwrap_or(&self.discs)
+    }
+
+    /// Steps since the start or the last command.
+    pub fn steps(&self) -> u64 {
+        self.count
     }
 
     /// Kinetic energy now, J.
     pub fn kinetic_energy(&self) -> f64 {
-        self.shown.iter().map(Disc::kinetic_energy).collect::<RunningSum>().value()
+        self.now_discs().iter().map(Disc::kinetic_energy).collect::<RunningSum>().value()
     }
 
     /// Energy stored in the springs now, J.
@@ -186,9 +259,56 @@ impl Springs {
     /// [`TooManyPairs`].
     pub fn elastic_energy(&self) -> Result<f64, TooManyPairs> {
         let walls = self.laws.walls.as_ref();
-        let links = links::within(&self.shown, walls, 0.0, self.stepping.broad_phase)?;
-        let stored = |link: &Link| link.stored(&self.shown, &self.laws);
+        let links = links::within(self.now_discs(), walls, 0.0, self.stepping.broad_phase)?;
+        let stored = |link: &Link| link.stored(self.now_discs(), &self.laws);
         Ok(links.iter().map(stored).collect::<RunningSum>().value())
+    }
+
+    /// Energy of motion and of the springs that push at the last step end, J.
+    fn mechanical_energy(&self) -> f64 {
+        let kinetic = self.discs.iter().map(Disc::kinetic_energy);
+        let stored = self.open.keys().map(|link| link.stored(&self.discs, &self.laws));
+        kinetic.chain(stored).collect::<RunningSum>().value()
+    }
+
+    /// Signed relative energy error at the last step end, with all losses and work accounted for:
+    /// that of the steps where contacts share discs, not that of the model.
+    pub fn relative_energy_drift(&self) -> f64 {
+        self.energy.relative_drift(self.mechanical_energy() + self.lost.value())
+    }
+
+    /// Gives a disc, if it is there, a new velocity from now on; steps are counted from here.
+    ///
+    /// # Errors
+    /// [`Refused`] if the arena cannot get to the present; nothing is changed then.
+    pub fn set_velocity(&mut self, id: DiscId, velocity: DVec2) -> Result<(), Refused> {
+        let Some(k) = self.discs.iter().position(|disc| disc.id == id) else { return Ok(()) };
+        if self.now_discs()[k].velocity == velocity {
+            return Ok(());
+        }
+        if self.now > self.time() {
+            let works = self.moved(self.now - self.time())?;
+            self.take(&works);
+            (self.base, self.count) = (self.now, 0);
+            let mut ended = std::mem::take(&mut self.ended);
+            self.close(&mut ended);
+            self.ended = ended;
+        }
+        let before = self.discs[k].kinetic_energy();
+        self.discs[k].velocity = velocity;
+        self.energy.book(self.discs[k].kinetic_energy() - before);
+        Ok(())
+    }
+
+    /// Takes over the discs after a step, and what it did.
+    fn take(&mut self, works: &[Work]) {
+        self.note(works);
+        let next = &mut self.neighbours.next;
+        let way = |(a, b): (&Disc, &Disc)| a.position.distance_squared(b.position);
+        let longest = self.discs.iter().zip(&*next).map(way).fold(0.0, f64::max);
+        self.neighbours.closer += 2.0 * longest.sqrt() * (1.0 + 1e-9) + 1e-140;
+        std::mem::swap(&mut self.discs, next);
+        self.shown = None;
     }
 
     /// Largest overlap of any contact up to the last step end, m.
@@ -211,19 +331,17 @@ impl Springs {
     /// # Errors
     /// [`Refused`]; the arena stays at the last step end.
     pub fn advance(&mut self, until: f64, contacts: &mut Vec<Contact>) -> Result<(), Refused> {
+        contacts.append(&mut self.ended);
         for _ in 0..limits::STEPS_PER_ADVANCE {
-            let end = (self.count + 1) as f64 * self.stepping.step;
+            let end = self.base + (self.count + 1) as f64 * self.stepping.step;
             if end > until || until.is_nan() {
                 return self.show(until);
             }
-            let (discs, works) = self.moved(self.stepping.step)?;
-            self.note(&works);
-            (self.discs, self.count) = (discs, self.count + 1);
+            let works = self.moved(self.stepping.step)?;
+            self.take(&works);
+            self.count += 1;
             self.close(contacts);
-            if end > self.now {
-                self.now = end;
-                self.shown.clone_from(&self.discs);
-            }
+            self.now = self.now.max(end);
         }
         Ok(())
     }
@@ -231,7 +349,10 @@ impl Springs {
     /// Shows the state at a time before the next step end.
     fn show(&mut self, until: f64) -> Result<(), Refused> {
         if until > self.now {
-            self.shown = self.moved(until - self.time())?.0;
+            if until > self.time() {
+                self.moved(until - self.time())?;
+                self.shown = Some(self.neighbours.next.clone());
+            }
             self.now = until;
         }
         Ok(())
@@ -239,18 +360,16 @@ impl Springs {
 
     /// Time of the last step end, s.
     fn time(&self) -> f64 {
-        self.count as f64 * self.stepping.step
+        self.base + self.count as f64 * self.stepping.step
     }
 
-    /// The discs `h` (s) after the last step end, and what the contacts did.
-    fn moved(&mut self, h: f64) -> Result<(Vec<Disc>, Vec<Work>), Refused> {
-        let mut discs = self.discs.clone();
+    /// Makes the next discs those `h` (s) after the last step end; returns what the contacts did.
+    fn moved(&mut self, h: f64) -> Result<Vec<Work>, Refused> {
+        let mut discs = std::mem::take(&mut self.neighbours.next);
+        discs.clone_from(&self.discs);
         let (walls, broad_phase) = (self.laws.walls.as_ref(), self.stepping.broad_phase);
         let works = match self.stepping.scheme {
-            Scheme::ClosedForm => {
-                let shortest = self.stepping.step / limits::PARTS_PER_STEP as f64;
-                Flow { laws: &self.laws, broad_phase, shortest }.advance(&mut discs, h, 0.0)?
-            }
+            Scheme::ClosedForm => self.flow(&mut discs, h)?,
             Scheme::Implicit(rule) => {
                 let links = links::within(&discs, walls, h, broad_phase)?;
                 flow::together(&mut discs, &links, &self.laws, (h, 0.0), rule)
@@ -261,10 +380,29 @@ impl Springs {
             }
         };
         let finite = |disc: &Disc| disc.position.is_finite() && disc.velocity.is_finite();
-        if discs.iter().all(finite) {
-            return Ok((discs, works));
+        let all_finite = discs.iter().all(finite);
+        self.neighbours.next = discs;
+        if all_finite { Ok(works) } else { Err(Refused::NotFinite { time: self.time() }) }
+    }
+
+    /// The closed form, among those that lists show to be near; where a blow makes one so fast that
+    /// they may not show all, among all.
+    fn flow(&mut self, discs: &mut Vec<Disc>, h: f64) -> Result<Vec<Work>, Refused> {
+        let shortest = self.stepping.step / limits::PARTS_PER_STEP as f64;
+        let broad_phase = self.stepping.broad_phase;
+        let flow = Flow { laws: &self.laws, broad_phase, shortest };
+        let speed_max = 2.0 * links::fastest(&self.discs);
+        let margin = 2.0 * speed_max * h * (1.0 + 1e-9);
+        if broad_phase == BroadPhase::Grid && margin.is_finite() {
+            self.neighbours.list(&self.discs, margin)?;
+            let near = &self.neighbours.pairs;
+            let works = flow.advance_among(&self.discs, discs, near, speed_max, h)?;
+            if let Some(works) = works {
+                return Ok(works);
+            }
+            discs.clone_from(&self.discs);
         }
-        Err(Refused::NotFinite { time: self.time() })
+        Ok(flow.advance(discs, h, 0.0)?)
     }
 
     fn step_explicitly(
@@ -347,24 +485,27 @@ impl Springs {
                     approach_speed: work.approach_speed.max(0.0),
                     impulse: 0.0,
                     energy_loss: 0.0,
-                    time: self.count as f64 * self.stepping.step + work.begins,
+                    time: self.base + self.count as f64 * self.stepping.step + work.begins,
                 }
             });
             open.impulse += work.impulse;
             open.energy_loss += work.loss;
+            self.lost.add(work.loss);
             open.gap = open.gap.min(-work.deepest);
         }
     }
 
     /// Hands over the contacts that have ended.
     fn close(&mut self, contacts: &mut Vec<Contact>) {
-        let (discs, laws) = (&self.discs, &self.laws);
+        let (discs, laws, lost) = (&self.discs, &self.laws, &mut self.lost);
         let first = contacts.len();
         self.open.retain(|link, contact| {
             let goes_on = link.overlap(discs, laws) > 0.0 && force(link, discs, laws) != 0.0;
             if !goes_on {
                 // What the spring still holds pushes nobody.
-                let energy_loss = contact.energy_loss + link.stored(discs, laws);
+                let held = link.stored(discs, laws);
+                lost.add(held);
+                let energy_loss = contact.energy_loss + held;
                 contacts.push(Contact { energy_loss, ..*contact });
             }
             goes_on

@@ -20,7 +20,7 @@ use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::time::MissedTickBehavior;
 
 use crate::messages::{CircleStates, Header, Twist};
-use crate::motion::plain::Stall;
+use crate::motion::arena::Halt;
 use crate::receive;
 use crate::scene::Scene;
 use crate::world::{Answer, Command, DiscId, Instants, Outcome, World};
@@ -56,7 +56,7 @@ pub enum NodeError {
     Dds(#[from] DdsError),
     /// The arena cannot get to the end that was asked for.
     #[error(transparent)]
-    Stalled(#[from] Stall),
+    Stalled(#[from] Halt),
     /// The operating system does not do its part.
     #[error("cannot start: {0}")]
     System(#[from] std::io::Error),
@@ -191,7 +191,7 @@ struct Runner<'a> {
     pace: Pace,
     /// Arena states published so far.
     ticks: u64,
-    stall: Option<Stall>,
+    stall: Option<Halt>,
     retry_at: Instant,
     status: Status,
     complaints: Complaints,

@@ -78,7 +78,11 @@ impl Status {
                 arena.contacts()
             )
         });
-        let _ = writeln!(std::io::stderr(), "{begin}{line}{overlap}");
+        let unseen = arena.and_then(Arena::unseen).map_or(String::new(), |unseen| {
+            let missed = unseen.missed + unseen.too_late;
+            format!("   {} of them late, {missed} missed", unseen.late)
+        });
+        let _ = writeln!(std::io::stderr(), "{begin}{line}{overlap}{unseen}");
     }
 
     fn contacts(&self, arena: Option<&Arena>) -> u64 {

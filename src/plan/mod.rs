@@ -5,9 +5,12 @@ use std::fmt;
 use glam::DVec2;
 use serde::Serialize;
 
+use crate::motion::arena::Arena;
 use crate::motion::events::Events;
 use crate::motion::plain::{Laws, is_extreme};
-use crate::world::{Disc, Settings};
+use crate::motion::springs::{self, Ending, Scheme};
+use crate::motion::steps::Stepping;
+use crate::world::{Disc, Pace, Settings};
 
 /// Up to so many discs looking at all pairs is quicker than building a grid (measured: `cargo
 /// bench --bench resolver`).
@@ -34,14 +37,51 @@ pub enum Method {
     Plain,
     /// [`crate::motion::events`]
     Events,
+    /// [`crate::motion::ticks`]
+    Ticks,
+    /// [`crate::motion::steps`]
+    Steps,
+    /// [`crate::motion::springs`]
+    Springs,
+}
+
+impl Method {
+    /// All of them.
+    pub const ALL: [Self; 5] = [Self::Events, Self::Plain, Self::Ticks, Self::Steps, Self::Springs];
+
+    /// Its name in scenes and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Plain => "plain",
+            Self::Events => "events",
+            Self::Ticks => "ticks",
+            Self::Steps => "steps",
+            Self::Springs => "springs",
+        }
+    }
+
+    /// The method of a name; `None` = `auto`, the plan chooses.
+    ///
+    /// # Errors
+    /// What would be right.
+    pub fn named(name: &str) -> Result<Option<Self>, String> {
+        let known = Self::ALL.into_iter().find(|method| method.name() == name);
+        if name == "auto" || known.is_some() {
+            return Ok(known);
+        }
+        let names: Vec<&str> = Self::ALL.into_iter().map(Self::name).collect();
+        Err(format!("`{name}` is no method: auto, {}", names.join(", ")))
+    }
+
+    /// Whether it resolves each contact at its instant.
+    pub fn is_exact(self) -> bool {
+        matches!(self, Self::Plain | Self::Events | Self::Ticks)
+    }
 }
 
 impl fmt::Display for Method {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Plain => "plain",
-            Self::Events => "events",
-        })
+        f.write_str(self.name())
     }
 }
 
@@ -59,6 +99,8 @@ pub struct Plan {
     pub extreme_units: bool,
     /// Whether time is mapped for discs that slow down; without drag that changes no bit.
     pub drag: bool,
+    /// What methods with a step of their own need.
+    pub pace: Pace,
 }
 
 impl Plan {
@@ -69,8 +111,7 @@ impl Plan {
         let scale = radius / speed;
         // Slow pucks, which commands will set in motion: at something like 1 m/s.
         let epoch = if scale > 0.0 { scale.min(radius.min(1.0)) } else { radius.min(1.0) };
-        let wall = settings.walls.map_or(1.0, |walls| walls.restitution);
-        let loses_energy = settings.restitution.min(wall) < 1.0;
+        let loses_energy = loses_energy(settings);
         let contact_time = settings.contact_time.unwrap_or(CONTACT_TIME_SCALE * epoch);
         let mut plan = Self {
             method: Method::Plain,
@@ -78,6 +119,7 @@ impl Plan {
             contact_time: if loses_energy { contact_time } else { 0.0 },
             extreme_units: pucks.iter().any(is_extreme),
             drag: settings.drag != 0.0,
+            pace: settings.pace,
         };
         if pucks.len() > ALL_PAIRS_UP_TO && Events::suits(&plan.laws(settings), pucks) {
             plan.method = Method::Events;
@@ -88,7 +130,7 @@ impl Plan {
     /// Takes the method that somebody asked for instead.
     ///
     /// # Errors
-    /// Why that method does not suit the scene.
+    /// Why that method does not suit the scene; the plan is then as it was.
     pub fn choose(
         &mut self,
         method: Option<Method>,
@@ -96,12 +138,53 @@ impl Plan {
         pucks: &[Disc],
     ) -> Result<(), String> {
         let Some(method) = method else { return Ok(()) };
-        if method == Method::Events && !Events::suits(&self.laws(settings), pucks) {
-            let lacks = "gravity, extreme units and periodic boxes of less than five diameters";
-            return Err(format!("method events does not do {lacks}"));
+        let laws = self.laws(settings);
+        let lacks = match method {
+            Method::Events if !Events::suits(&laws, pucks) => {
+                Some("gravity, extreme units and periodic boxes of less than five diameters")
+            }
+            Method::Ticks | Method::Steps | Method::Springs if laws.gravity.is_some() => {
+                Some("gravity; take plain")
+            }
+            Method::Ticks | Method::Steps | Method::Springs if laws.drag != 0.0 => {
+                Some("drag; take events or plain")
+            }
+            Method::Springs if laws.periodic.is_some() => Some("periodic boxes; take steps"),
+            Method::Springs if loses_energy(settings) => {
+                Some("restitution; leave it out and set damping")
+            }
+            _ => None,
+        };
+        if let Some(lacks) = lacks {
+            return Err(format!("method {method} does not do {lacks}"));
         }
-        self.method = method;
+        let plan = Self { method, ..*self };
+        if matches!(method, Method::Ticks | Method::Steps | Method::Springs) {
+            Arena::build(&plan, laws, pucks)?;
+        }
+        *self = plan;
         Ok(())
+    }
+
+    /// How the method of steps steps: every error is counted, no position corrected.
+    pub fn stepping(&self) -> Stepping {
+        Stepping::of(self.pace.step)
+    }
+
+    /// What springs obey, but for walls.
+    pub fn spring_laws(&self) -> springs::Laws {
+        let Pace { stiffness, damping, .. } = self.pace;
+        springs::Laws { stiffness, damping, ending: Ending::NoAttraction, walls: None }
+    }
+
+    /// How springs of so many discs step.
+    pub fn spring_stepping(&self, discs: usize) -> springs::Stepping {
+        springs::Stepping {
+            step: self.pace.step,
+            scheme: Scheme::ClosedForm,
+            refuse_unstable: true,
+            broad_phase: self.broad_phase(discs),
+        }
     }
 
     /// The laws of the arena, with the parts that it needs.
@@ -121,4 +204,9 @@ impl Plan {
     pub fn broad_phase(&self, discs: usize) -> BroadPhase {
         if discs <= ALL_PAIRS_UP_TO { BroadPhase::AllPairs } else { BroadPhase::Grid }
     }
+}
+
+fn loses_energy(settings: &Settings) -> bool {
+    let wall = settings.walls.map_or(1.0, |walls| walls.restitution);
+    settings.restitution.min(wall) < 1.0
 }

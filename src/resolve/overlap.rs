@@ -14,12 +14,17 @@ use super::pair::MassFractions;
 use crate::detect::Pair;
 use crate::detect::touching::gap;
 use crate::exact::power_of_two_near;
-use crate::world::{Disc, Side, Walls};
+use crate::world::{Disc, Periodic, Side, Walls};
 
-/// Moves each of these pairs apart by its overlap, one after the other; returns how many moved.
-pub fn part_pairs(discs: &mut [Disc], pairs: &[Pair]) -> usize {
+/// Moves each of these pairs apart by its overlap, one after the other; returns how many moved. In
+/// a periodic box discs may then be any of their images.
+pub fn part_pairs(discs: &mut [Disc], pairs: &[Pair], periodic: Option<&Periodic>) -> usize {
     let moved = |&&(i, j): &&Pair| {
-        let Some((a, b)) = parted(&discs[i], &discs[j]) else { return false };
+        let mut b = discs[j];
+        if let Some(periodic) = periodic {
+            b.position += periodic.shift(b.position - discs[i].position);
+        }
+        let Some((a, b)) = parted(&discs[i], &b) else { return false };
         (discs[i].position, discs[j].position) = (a, b);
         true
     };

@@ -15,7 +15,7 @@ use super::pair::{Impact, approach, collide, rounding_speed};
 use super::simultaneous::{Blow, Reflector, Touching};
 use crate::detect::Pair;
 use crate::detect::touching::gap;
-use crate::world::{Contact, Disc, Partner, limits};
+use crate::world::{Contact, Disc, Partner, Periodic, limits};
 
 /// What became of touching pairs.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -32,7 +32,19 @@ pub struct Resolved {
 /// impulses and losses. `time` (s) is copied into the contacts. Pairs that do not approach are
 /// left alone and not reported.
 pub fn resolve(discs: &mut [Disc], pairs: &[Pair], restitution: f64, time: f64) -> Resolved {
+    resolve_in(discs, pairs, restitution, time, None)
+}
+
+/// The same in a periodic box: of each pair the second is seen as its image nearest to the first.
+pub fn resolve_in(
+    discs: &mut [Disc],
+    pairs: &[Pair],
+    restitution: f64,
+    time: f64,
+    periodic: Option<&Periodic>,
+) -> Resolved {
     let mut cluster = Cluster::new(discs, pairs, restitution, time);
+    cluster.periodic = periodic;
     let most = (limits::CONTACT_CHECKS / pairs.len().max(1)).clamp(1, limits::CONTACT_ROUNDS);
     for _ in 0..most {
         let approaching = cluster.approaching();
@@ -61,6 +73,7 @@ struct Cluster<'a> {
     reflector: Reflector,
     restitution: f64,
     time: f64,
+    periodic: Option<&'a Periodic>,
 }
 
 /// A pair that approaches.
@@ -93,7 +106,17 @@ impl<'a> Cluster<'a> {
             reflector: Reflector::default(),
             restitution,
             time,
+            periodic: None,
         }
+    }
+
+    /// The discs of a pair, the second at its image nearest to the first.
+    fn seen(&self, (i, j): Pair) -> (Disc, Disc) {
+        let (a, mut b) = (self.discs[i], self.discs[j]);
+        if let Some(periodic) = self.periodic {
+            b.position += periodic.shift(b.position - a.position);
+        }
+        (a, b)
     }
 
     /// The pairs that approach and can change, by ids.
@@ -104,10 +127,10 @@ impl<'a> Cluster<'a> {
                 continue;
             }
             self.checked[pair] = self.now;
-            let (a, b) = (&self.discs[i], &self.discs[j]);
-            let Some((normal, speed)) = approach(a, b) else { continue };
+            let (a, b) = self.seen((i, j));
+            let Some((normal, speed)) = approach(&a, &b) else { continue };
             // After a first blow, what is left may be the rounding of the velocities.
-            let settled = self.contact_of[pair].is_some() && speed <= rounding_speed(a, b);
+            let settled = self.contact_of[pair].is_some() && speed <= rounding_speed(&a, &b);
             if !settled && (a.mass.is_finite() || b.mass.is_finite()) {
                 approaching.push(Approaching { root: 0, pair, normal });
             }
@@ -139,10 +162,11 @@ impl<'a> Cluster<'a> {
         }
         for &Approaching { pair, .. } in group {
             let (i, j) = self.pairs[pair];
-            if let Some(impact) = collide(&self.discs[i], &self.discs[j], self.restitution) {
+            let (a, b) = self.seen((i, j));
+            if let Some(impact) = collide(&a, &b, self.restitution) {
                 self.discs[i].velocity = impact.velocity_a;
                 self.discs[j].velocity = impact.velocity_b;
-                let contact = pair_contact(&self.discs[i], &self.discs[j], &impact, self.time);
+                let contact = pair_contact(&a, &b, &impact, self.time);
                 self.note(pair, &contact);
             }
         }
@@ -159,9 +183,8 @@ impl<'a> Cluster<'a> {
         let blows: Vec<Blow> = reflector.reflect(self.discs, &contacts, self.restitution).collect();
         self.reflector = reflector;
         for (member, blow) in group.iter().zip(&blows) {
-            let (i, j) = self.pairs[member.pair];
-            let (a, b) = (&self.discs[i], &self.discs[j]);
-            self.note(member.pair, &contact(a, b, member.normal, blow, self.time));
+            let (a, b) = self.seen(self.pairs[member.pair]);
+            self.note(member.pair, &contact(&a, &b, member.normal, blow, self.time));
         }
     }
 

@@ -13,8 +13,8 @@ use super::{NodeSettings, Puck, Scene, SceneError};
 use crate::detect;
 use crate::detect::touching::overlap;
 use crate::messages::Contact;
-use crate::plan::BroadPhase;
-use crate::world::{Disc, Periodic, Settings, Walls, limits};
+use crate::plan::{BroadPhase, Method};
+use crate::world::{Disc, Pace, Periodic, Settings, Walls, limits};
 
 /// Grey: the colour of pucks that name none.
 const DEFAULT_COLOUR: [u8; 4] = [128, 128, 128, 255];
@@ -25,6 +25,11 @@ struct SceneFile {
     name: Option<String>,
     restitution: Option<Spanned<f64>>,
     contact_time_s: Option<Spanned<f64>>,
+    method: Option<Spanned<String>>,
+    step_s: Option<Spanned<f64>>,
+    tick_s: Option<Spanned<f64>>,
+    stiffness: Option<Spanned<f64>>,
+    damping: Option<Spanned<f64>>,
     walls: Option<Spanned<WallsFile>>,
     gravity: Option<Spanned<[f64; 2]>>,
     drag: Option<Spanned<f64>>,
@@ -155,6 +160,8 @@ impl Reader<'_> {
             drag: self.drag(scene)?,
             periodic,
             contact_time,
+            method: self.method(&scene.method)?,
+            pace: self.pace(scene)?,
             contact_margin: self.at_least_0("contact_margin_m", &node.contact_margin_m, 0.0)?,
             stale_after: self.above_0("stale_after_s", &node.stale_after_s, stale_default)?,
         };
@@ -162,7 +169,27 @@ impl Reader<'_> {
         let node = self.node(node)?;
         self.pucks.sort_by_key(|puck| puck.disc.id);
         let name = scene.name.clone().unwrap_or_else(|| self.file.to_owned());
-        Ok(Scene { name, settings, pucks: self.pucks, node })
+        let mut read = Scene { name, settings, pucks: std::mem::take(&mut self.pucks), node };
+        let place = scene.method.as_ref().map(|method| method.referenced);
+        read.choose(None, None).map_err(|message| self.error(place, message))?;
+        Ok(read)
+    }
+
+    /// The method; `None` = the plan chooses.
+    fn method(&self, method: &Option<Spanned<String>>) -> Checked<Option<Method>> {
+        let Some(method) = method else { return Ok(None) };
+        let error = |message| self.error(Some(method.referenced), format!("method: {message}"));
+        Method::named(&method.value).map_err(error)
+    }
+
+    fn pace(&self, scene: &SceneFile) -> Checked<Pace> {
+        let Pace { step, tick, stiffness, damping } = Pace::default();
+        Ok(Pace {
+            step: self.above_0("step_s", &scene.step_s, step)?,
+            tick: self.above_0("tick_s", &scene.tick_s, tick)?,
+            stiffness: self.above_0("stiffness", &scene.stiffness, stiffness)?,
+            damping: self.at_least_0("damping", &scene.damping, damping)?,
+        })
     }
 
     fn node(&self, node: &NodeFile) -> Checked<NodeSettings> {

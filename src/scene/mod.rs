@@ -15,6 +15,7 @@ use std::fmt;
 use std::fs::File;
 use std::io::Read;
 
+use crate::plan::{Method, Plan};
 use crate::world::{Disc, Settings, World, limits};
 
 /// Everything that a run begins with.
@@ -53,6 +54,24 @@ impl Scene {
             return Err(error(format!("larger than {} bytes", limits::SCENE_FILE_BYTES)));
         }
         file::parse(&text, name_or_path)
+    }
+
+    /// Takes another method or step than the file says.
+    ///
+    /// # Errors
+    /// Why the method does not suit the scene.
+    pub fn choose(
+        &mut self,
+        method: Option<Option<Method>>,
+        step: Option<f64>,
+    ) -> Result<(), String> {
+        let mut settings = self.settings;
+        settings.method = method.unwrap_or(settings.method);
+        settings.pace.step = step.unwrap_or(settings.pace.step);
+        let discs: Vec<Disc> = self.pucks.iter().map(|puck| puck.disc).collect();
+        Plan::of(&settings, &discs).choose(settings.method, &settings, &discs)?;
+        self.settings = settings;
+        Ok(())
     }
 
     /// The world at time 0.

@@ -5,7 +5,7 @@ use glam::DVec2;
 use super::contact::Contact;
 use super::disc::{Disc, DiscId};
 use crate::detect::TooManyPairs;
-use crate::motion::plain::Stall;
+use crate::motion::arena::Halt;
 
 /// Something asked of the world, by a topic or a program.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,7 +50,7 @@ pub struct Outcome {
     /// by id.
     pub corrections: Vec<(DiscId, DVec2)>,
     /// Why the arena stands still, if it does.
-    pub stall: Option<Stall>,
+    pub stall: Option<Halt>,
 }
 
 /// The answer to one report.
@@ -81,4 +81,7 @@ pub enum Refusal {
         super::limits::RADIUS_IN_PERIODIC_BOX
     )]
     TooWide,
+    /// The pucks move by a method that cannot meet it; circles still meet each other.
+    #[error("pucks pass through observed circles under the method springs; take another")]
+    NotMet,
 }

@@ -91,3 +91,15 @@ pub const FIRST_PUCK_ID: u32 = 1_000_000;
 
 /// Most touching pairs looked at for one message: beyond it, circles lie heaped on each other.
 pub const TOUCHING_PAIRS: usize = 4_000_000;
+
+/// Most near pairs for each disc in the lists of a method that steps: more lie heaped.
+pub const NEAR_PAIRS_PER_DISC: usize = 64;
+
+/// Length of a step of the methods steps and springs that a scene does not name, s.
+pub const STEP_S: f64 = 1.0 / 240.0;
+
+/// Length of a tick of the method ticks that a scene does not name, s.
+pub const TICK_S: f64 = 1.0 / 60.0;
+
+/// Spring constant of contacts that a scene does not name, N/m.
+pub const STIFFNESS_NPM: f64 = 1e5;

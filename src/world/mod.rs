@@ -25,7 +25,7 @@ use glam::DVec2;
 
 use crate::detect::{self, Pair, TooManyPairs};
 use crate::motion::arena::Arena;
-use crate::plan::Plan;
+use crate::plan::{Method, Plan};
 use crate::resolve;
 use observed::Observed;
 
@@ -55,10 +55,38 @@ pub struct Settings {
     pub drag: f64,
     /// Contact time of the collapse model, s; `None` = derived from the pucks.
     pub contact_time: Option<f64>,
+    /// How pucks shall move; `None` = the plan chooses.
+    pub method: Option<Method>,
+    /// What methods with a step of their own need.
+    pub pace: Pace,
     /// Observed circles with a gap up to this count as in contact, m.
     pub contact_margin: f64,
     /// Observed circles not heard of for so long leave the world, s.
     pub stale_after: f64,
+}
+
+/// What methods with a step of their own need; the others do not look at it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pace {
+    /// Length of a step of the methods steps and springs, s.
+    pub step: f64,
+    /// Length of a tick of the method ticks, s: that of the commands.
+    pub tick: f64,
+    /// Spring constant of a contact, N/m.
+    pub stiffness: f64,
+    /// Dashpot constant of a contact, N s/m.
+    pub damping: f64,
+}
+
+impl Default for Pace {
+    fn default() -> Self {
+        Self {
+            step: limits::STEP_S,
+            tick: limits::TICK_S,
+            stiffness: limits::STIFFNESS_NPM,
+            damping: 0.0,
+        }
+    }
 }
 
 impl Default for Settings {
@@ -70,6 +98,8 @@ impl Default for Settings {
             gravity: None,
             drag: 0.0,
             contact_time: None,
+            method: None,
+            pace: Pace::default(),
             contact_margin: 0.0,
             stale_after: limits::STALE_AFTER_S,
         }
@@ -89,9 +119,12 @@ pub struct World {
 }
 
 impl World {
-    /// A world with these simulated pucks at time 0: sound, with unique ids, none overlapping.
+    /// A world with these simulated pucks at time 0: sound, with unique ids, none overlapping. A
+    /// method that does not suit them is not taken: [`Plan::choose`] says why.
     pub fn new(settings: Settings, pucks: &[Disc]) -> Self {
-        let plan = Plan::of(&settings, pucks);
+        let mut plan = Plan::of(&settings, pucks);
+        // Scenes and the command line have asked; who did not gets what the plan chooses.
+        let _ = plan.choose(settings.method, &settings, pucks);
         let arena = (!pucks.is_empty()).then(|| Arena::new(&plan, plan.laws(&settings), pucks));
         let pucks = pucks.iter().map(|puck| puck.id).collect();
         let (observed, scratch) = (Observed::default(), Vec::new());
@@ -149,7 +182,11 @@ impl World {
         let mut refused = self.observed.take(&discs, heard_at);
         refused.extend(wide.iter().map(|disc| (disc.id, Refusal::TooWide)));
         let taken = discs.iter().filter(|disc| self.observed.place(disc.id).is_some());
-        taken.for_each(|disc| arena.observe(*disc));
+        if arena.meets_observed() {
+            taken.for_each(|disc| arena.observe(*disc));
+        } else {
+            refused.extend(taken.map(|disc| (disc.id, Refusal::NotMet)));
+        }
         refused.extend(simulated.iter().map(|disc| (disc.id, Refusal::Simulated)));
         refused
     }

@@ -83,7 +83,12 @@ fn borders_hold() {
             "{name} reads a clock"
         );
         assert!(
-            !has(&["unsafe {"]) || may(&["src/detect/fused.rs", "src/motion/events/lanes"]),
+            !has(&["unsafe {"])
+                || may(&[
+                    "src/detect/fused.rs",
+                    "src/motion/events/lanes",
+                    "src/motion/near/lanes.rs",
+                ]),
             "{name} is unsafe"
         );
         assert!(!has(&random) || may(&["src/scene/batch.rs"]), "{name} draws random numbers");

@@ -1,9 +1,12 @@
 //! Steps of fixed length: laws first, then what they find late or never, then the events as judge.
 
+use std::collections::HashSet;
+
 use carom::motion::plain::{Laws, Plain};
-use carom::motion::steps::{Stepping, Steps, Unseen};
+use carom::motion::steps::plain::PlainSteps;
+use carom::motion::steps::{NotInSteps, Stepping, Steps, Unseen};
 use carom::plan::BroadPhase;
-use carom::world::{Contact, Disc, Owner, Partner, Walls};
+use carom::world::{Contact, Disc, Owner, Partner, Periodic, Walls};
 use glam::DVec2;
 
 use crate::common::{Random, disc, energy, gas, momentum};
@@ -16,7 +19,7 @@ fn laws(side: f64, restitution: f64) -> Laws {
 const FREE: Laws = Laws::FREE;
 
 fn stepping(step: f64) -> Stepping {
-    Stepping { step, overlap_sweeps: 0, count_missed: true, broad_phase: BroadPhase::AllPairs }
+    Stepping::of(step)
 }
 
 fn arena(laws: Laws, discs: &[Disc], stepping: Stepping) -> Steps {
@@ -32,7 +35,7 @@ fn run(arena: &mut Steps, until: f64) -> Vec<Contact> {
 }
 
 fn states(arena: &Steps) -> Vec<Disc> {
-    arena.discs().collect()
+    arena.discs(Owner::Simulated).collect()
 }
 
 #[test]
@@ -80,16 +83,150 @@ fn results_do_not_depend_on_where_one_looks() {
     assert_eq!(states(&many), states(&once));
 }
 
+/// The same bits as the plain form by all pairs and by a grid; returns the contacts.
+fn judged(laws: Laws, discs: &[Disc], stepping: Stepping, until: f64) -> usize {
+    let mut arena = arena(laws, discs, stepping);
+    let found = run(&mut arena, until);
+    for broad_phase in [BroadPhase::AllPairs, BroadPhase::Grid] {
+        let mut judge = PlainSteps::new(laws, discs, stepping, broad_phase).expect("a step");
+        let mut due = Vec::new();
+        while judge.now() < until {
+            judge.advance(until, &mut due).expect("few pairs");
+        }
+        assert_eq!(found, due);
+        assert!(arena.discs(Owner::Simulated).eq(judge.discs()));
+        assert_eq!(arena.unseen(), judge.unseen());
+        assert_eq!(arena.largest_overlap(), judge.largest_overlap());
+        assert_eq!(arena.contacts(), judge.contacts());
+    }
+    found.len()
+}
+
 #[test]
-fn the_grid_and_all_pairs_give_the_same_bits() {
-    let discs = gas(35, 80, 12.0, (0.2, 0.5), (0.5, 3.0));
-    let all = stepping(0.02);
-    let mut plain = arena(laws(12.0, 1.0), &discs, all);
-    let grid = Stepping { broad_phase: BroadPhase::Grid, ..all };
-    let mut gridded = arena(laws(12.0, 1.0), &discs, grid);
-    assert_eq!(run(&mut plain, 10.0), run(&mut gridded, 10.0));
-    assert_eq!(states(&plain), states(&gridded));
-    assert_eq!(plain.unseen(), gridded.unseen());
+fn lists_of_neighbours_change_no_bit() {
+    let periodic = Periodic { min: DVec2::new(-3.0, 1.0), max: DVec2::new(9.0, 13.0) };
+    let around = Laws { periodic: Some(periodic), ..FREE };
+    for (seed, restitution) in [(35, 1.0), (36, 0.7), (37, 0.0)] {
+        let mut discs = gas(seed, 90, 12.0, (0.2, 0.5), (0.5, 3.0));
+        discs[3].mass = f64::INFINITY;
+        (discs[5].mass, discs[5].velocity) = (f64::INFINITY, DVec2::new(0.1, -0.2));
+        for step in [0.2, 0.02, 0.002] {
+            for overlap_sweeps in [0, 2] {
+                for count_missed in [false, true] {
+                    let stepping = Stepping { step, overlap_sweeps, count_missed };
+                    let until = (400.0 * step).min(20.0);
+                    judged(laws(12.0, restitution), &discs, stepping, until);
+                    judged(Laws { restitution, ..FREE }, &discs, stepping, until);
+                    let contacts = judged(Laws { restitution, ..around }, &discs, stepping, until);
+                    assert!(contacts > 10 || step < 0.01, "{contacts}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn lists_hold_for_odd_crowds() {
+    // One much larger than the rest, one much faster, outliers, equal radii, ids in another order.
+    let mut discs = gas(38, 120, 16.0, (0.2, 0.2), (1.0, 1.0));
+    discs.iter_mut().for_each(|disc| disc.id = 1_000 - disc.id);
+    assert!(judged(laws(16.0, 1.0), &discs, stepping(0.01), 8.0) > 50);
+    discs.retain(|disc| disc.position.distance(DVec2::splat(8.0)) > 2.3);
+    discs.push(disc(2_000, [8.0, 8.0], [0.0, 0.1], 2.0, 50.0));
+    discs[0].velocity = DVec2::new(300.0, 100.0);
+    assert!(judged(laws(16.0, 0.9), &discs, stepping(0.01), 8.0) > 50);
+    discs.push(disc(2_001, [1e9, -1e12], [0.0; 2], 0.5, 1.0));
+    discs.push(disc(2_002, [1e9, -1e12 + 3.0], [0.0, -1.0], 0.5, 1.0));
+    assert!(judged(FREE, &discs, stepping(0.01), 8.0) > 0);
+    // Everyone at rest but one.
+    discs.iter_mut().skip(1).for_each(|disc| disc.velocity = DVec2::ZERO);
+    judged(laws(16.0, 0.9), &discs[..60], stepping(0.001), 1.0);
+}
+
+#[test]
+fn units_change_no_digit() {
+    let discs = gas(39, 40, 8.0, (0.2, 0.4), (0.5, 3.0));
+    let scaled = |length: f64, speed: f64| -> Vec<Disc> {
+        let scale = |d: &Disc| Disc {
+            position: d.position * length,
+            velocity: d.velocity * speed,
+            radius: d.radius * length,
+            ..*d
+        };
+        discs.iter().map(scale).collect()
+    };
+    let plain = run(&mut arena(laws(8.0, 1.0), &discs, stepping(0.03)), 6.0);
+    assert!(plain.len() > 50);
+    for (length, speed) in [(1e-150, 1e-150), (1e140, 1e100), (1e-100, 1e100), (1e80, 1e-80)] {
+        let [length, speed] = [length, speed].map(carom::exact::power_of_two_near);
+        let laws = Laws { extreme_units: true, ..laws(8.0 * length, 1.0) };
+        let step = stepping(0.03 * (length / speed));
+        let found = run(&mut arena(laws, &scaled(length, speed), step), 6.0 * length / speed);
+        assert_eq!(found.len(), plain.len());
+        for (found, plain) in found.iter().zip(&plain) {
+            assert_eq!((found.a, found.b), (plain.a, plain.b));
+            assert_eq!(found.normal, plain.normal);
+        }
+    }
+}
+
+#[test]
+fn long_runs_keep_their_energy() {
+    let discs = gas(40, 60, 9.0, (0.3, 0.5), (0.1, 10.0));
+    let mut arena = arena(laws(9.0, 1.0), &discs, stepping(1.0 / 240.0));
+    while arena.now() < 400.0 {
+        arena.pass(400.0).expect("few pairs");
+    }
+    assert!(arena.contacts() > 40_000, "{}", arena.contacts());
+    assert!(arena.relative_energy_drift().abs() < 1e-12, "{:e}", arena.relative_energy_drift());
+}
+
+#[test]
+fn heaped_discs_are_refused_and_stay_as_they_are() {
+    let discs: Vec<Disc> = (0..4_000).map(|k| disc(k, [0.0; 2], [0.0; 2], 1.0, 1.0)).collect();
+    let mut arena = arena(FREE, &discs, stepping(0.1));
+    arena.advance(1.0, &mut Vec::new()).expect_err("heaped");
+    assert_eq!((arena.now(), states(&arena)), (0.0, discs));
+}
+
+#[test]
+fn commands_observed_discs_and_those_that_leave() {
+    // Judge: the events, at a step so short that no contact is off by more than that.
+    let discs = gas(41, 12, 6.0, (0.2, 0.4), (0.5, 3.0));
+    let step = 1e-5;
+    let mut stepped = arena(laws(6.0, 1.0), &discs, stepping(step));
+    let mut exact = Plain::new(laws(6.0, 1.0), &discs, 0.3);
+    let (mut found, mut due) = (Vec::new(), Vec::new());
+    let mut random = Random::new(41);
+    for k in 1..=30 {
+        let id = random.below(12) as u32;
+        let velocity = random.vector(1.0);
+        let guest = disc(100 + k % 3, [0.7 * f64::from(k % 3), 6.5], [0.1, -0.6], 0.2, 2.0);
+        let meets = |d: Disc| d.position.distance(guest.position) < d.radius + guest.radius + 0.05;
+        if !exact.discs(Owner::Simulated).any(meets) {
+            stepped.observe(guest);
+            exact.observe(guest);
+        }
+        stepped.set_velocity(id, velocity);
+        exact.set_velocity(id, velocity);
+        if k % 10 == 0 {
+            stepped.forget(&HashSet::from([100, 101]));
+            exact.forget(&HashSet::from([100, 101]));
+        }
+        let until = 0.17 * f64::from(k);
+        found.extend(run(&mut stepped, until));
+        exact.advance(until, &mut due).expect("no stall");
+    }
+    assert!(due.len() > 10, "{}", due.len());
+    let who = |contacts: &[Contact]| contacts.iter().map(|c| (c.a, c.b)).collect::<Vec<_>>();
+    assert_eq!(who(&found), who(&due));
+    for owner in [Owner::Simulated, Owner::Observed] {
+        for (a, b) in stepped.discs(owner).zip(exact.discs(owner)) {
+            assert_eq!(a.id, b.id);
+            assert!(a.position.distance(b.position) < 0.02, "{a:?} {b:?}");
+        }
+    }
+    assert!(stepped.relative_energy_drift().abs() < 1e-13);
 }
 
 #[test]
@@ -204,4 +341,7 @@ fn a_bad_step_is_refused() {
         let error = Steps::new(FREE, &[], stepping(step)).expect_err("no step");
         assert!(error.to_string().ends_with("must be a finite number above 0"), "{error}");
     }
+    let falling = Laws { gravity: Some(DVec2::NEG_Y), ..FREE };
+    let error = Steps::new(falling, &[], stepping(0.1)).expect_err("gravity");
+    assert_eq!(error, NotInSteps::Gravity);
 }

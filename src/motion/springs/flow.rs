@@ -12,7 +12,7 @@ use super::Laws;
 use super::cluster::{self, Implicit};
 use super::links::{self, Link, Other, stiffest_mode};
 use super::pair::{Work, fly};
-use crate::detect::TooManyPairs;
+use crate::detect::{self, Pair, TooManyPairs};
 use crate::plan::BroadPhase;
 use crate::world::Disc;
 
@@ -41,19 +41,56 @@ impl Flow<'_> {
         h: f64,
         offset: f64,
     ) -> Result<Vec<Work>, TooManyPairs> {
-        let walls = self.laws.walls.as_ref();
-        let mut links = links::within(discs, walls, h, self.broad_phase)?;
         let start = discs.to_vec();
+        let links = links::within(discs, self.laws.walls.as_ref(), h, self.broad_phase)?;
+        let met = |discs: &[Disc]| self.met(discs, h);
+        self.advance_from(&start, discs, links, (h, offset), met)
+    }
+
+    /// The same where no others come near within the step than these pairs, as long as speeds stay
+    /// up to a limit (m/s); `None` if they do not.
+    pub fn advance_among(
+        &self,
+        start: &[Disc],
+        discs: &mut [Disc],
+        near: &[Pair],
+        speed_max: f64,
+        h: f64,
+    ) -> Result<Option<Vec<Work>>, TooManyPairs> {
+        let walls = self.laws.walls.as_ref();
+        let links = links::among(discs, near, walls, h, 1.0);
+        let met = |discs: &[Disc]| {
+            let mut met = links::among(discs, near, None, h, -1.0);
+            met.extend(links::among(discs, near, walls, 0.0, 1.0));
+            Ok(met)
+        };
+        let works = self.advance_from(start, discs, links, (h, 0.0), met)?;
+        Ok((links::fastest(discs) <= speed_max).then_some(works))
+    }
+
+    /// Moves `discs`, which are as at the `start`, with these links and whom they turn out to meet.
+    fn advance_from(
+        &self,
+        start: &[Disc],
+        discs: &mut [Disc],
+        mut links: Vec<Link>,
+        (h, offset): (f64, f64),
+        met: impl Fn(&[Disc]) -> Result<Vec<Link>, TooManyPairs>,
+    ) -> Result<Vec<Work>, TooManyPairs> {
         loop {
-            let mut groups = Groups::of(discs.len(), &links);
+            let mut groups = Groups::of(&links);
             let mut works = Vec::new();
+            for (disc, before) in discs.iter_mut().zip(start) {
+                disc.position = before.position + before.velocity * h;
+            }
             for (members, links) in groups.listed(&links) {
+                members.iter().for_each(|&k| discs[k] = start[k]);
                 self.advance_group(discs, &members, &links, (h, offset), &mut works)?;
             }
             let known = links.len();
-            for link in self.met(discs, h)? {
+            for link in met(discs)? {
                 let together = match link.b {
-                    Other::Disc(b) => groups.root(link.a) == groups.root(b),
+                    Other::Disc(b) => groups.are_together(link.a, b),
                     Other::Wall(_) => links[..known].contains(&link),
                 };
                 if !together {
@@ -63,16 +100,16 @@ impl Flow<'_> {
             if links.len() == known {
                 return Ok(works);
             }
-            discs.copy_from_slice(&start);
+            discs.copy_from_slice(start);
         }
     }
 
     /// The contacts that exist at the end, and those from which straight flight may have led there.
     fn met(&self, discs: &[Disc], h: f64) -> Result<Vec<Link>, TooManyPairs> {
-        let turned: Vec<Disc> =
-            discs.iter().map(|disc| Disc { velocity: -disc.velocity, ..*disc }).collect();
-        let mut met = links::within(&turned, None, h, self.broad_phase)?;
-        met.extend(links::within(discs, self.laws.walls.as_ref(), 0.0, self.broad_phase)?);
+        let near =
+            detect::touching_pairs(discs, 2.0 * links::fastest(discs) * h, self.broad_phase)?;
+        let mut met = links::among(discs, &near, None, h, -1.0);
+        met.extend(links::among(discs, &near, self.laws.walls.as_ref(), 0.0, 1.0));
         Ok(met)
     }
 
@@ -85,7 +122,7 @@ impl Flow<'_> {
         works: &mut Vec<Work>,
     ) -> Result<(), TooManyPairs> {
         match links {
-            [] => members.iter().for_each(|&k| discs[k].position += discs[k].velocity * h),
+            [] => unreachable!("a group hangs together by links"),
             [link] => {
                 let work = fly(discs, *link, self.laws, h);
                 works.extend(work.map(|work| Work { begins: offset + work.begins, ..work }));
@@ -170,39 +207,72 @@ impl Link {
     }
 }
 
-/// Discs that hang together by links (union-find).
-struct Groups(Vec<usize>);
+/// Discs that hang together by links (union-find over those that have one).
+struct Groups {
+    /// In ascending order.
+    members: Vec<usize>,
+    /// By places in `members`.
+    roots: Vec<usize>,
+}
 
 impl Groups {
-    fn of(discs: usize, links: &[Link]) -> Self {
-        let mut groups = Self((0..discs).collect());
+    fn of(links: &[Link]) -> Self {
+        let mut members: Vec<usize> = Vec::with_capacity(2 * links.len());
+        for link in links {
+            members.push(link.a);
+            if let Other::Disc(b) = link.b {
+                members.push(b);
+            }
+        }
+        members.sort_unstable();
+        members.dedup();
+        let mut groups = Self { roots: (0..members.len()).collect(), members };
         for link in links {
             if let Other::Disc(b) = link.b {
-                let (a, b) = (groups.root(link.a), groups.root(b));
-                groups.0[a.max(b)] = a.min(b);
+                let (a, b) = (groups.place(link.a), groups.place(b));
+                let (a, b) = (groups.root(a), groups.root(b));
+                groups.roots[a.max(b)] = a.min(b);
             }
         }
         groups
     }
 
+    /// Where a disc with a link is in `members`; where it would be, if it has none.
+    fn place(&self, disc: usize) -> usize {
+        self.members.partition_point(|member| *member < disc)
+    }
+
     fn root(&mut self, mut k: usize) -> usize {
-        while self.0[k] != k {
-            self.0[k] = self.0[self.0[k]];
-            k = self.0[k];
+        while self.roots[k] != k {
+            self.roots[k] = self.roots[self.roots[k]];
+            k = self.roots[k];
         }
         k
     }
 
-    /// Each group's discs and links.
+    fn are_together(&mut self, a: usize, b: usize) -> bool {
+        let [i, j] = [a, b].map(|disc| self.place(disc));
+        let known = self.members.get(i) == Some(&a) && self.members.get(j) == Some(&b);
+        known && self.root(i) == self.root(j)
+    }
+
+    /// Each group's discs and links, in the order of their first discs.
     fn listed(&mut self, links: &[Link]) -> Vec<(Vec<usize>, Vec<Link>)> {
-        let mut listed = vec![(Vec::new(), Vec::new()); self.0.len()];
-        for k in 0..self.0.len() {
-            listed[self.root(k)].0.push(k);
+        const NONE: usize = usize::MAX;
+        let mut listed: Vec<(Vec<usize>, Vec<Link>)> = Vec::new();
+        let mut number = vec![NONE; self.members.len()];
+        for k in 0..self.members.len() {
+            let root = self.root(k);
+            if number[root] == NONE {
+                number[root] = listed.len();
+                listed.push((Vec::new(), Vec::new()));
+            }
+            listed[number[root]].0.push(self.members[k]);
         }
         for link in links {
-            listed[self.root(link.a)].1.push(*link);
+            let place = self.place(link.a);
+            listed[number[self.root(place)]].1.push(*link);
         }
-        listed.retain(|(members, _)| !members.is_empty());
         listed
     }
 }

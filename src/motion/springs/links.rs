@@ -6,7 +6,7 @@
 use glam::DVec2;
 
 use super::Laws;
-use crate::detect::impact::pair_impact_at_any_scale;
+use crate::detect::impact::{may_meet_within, pair_impact_at_any_scale};
 use crate::detect::touching::{gap, touch};
 use crate::detect::{self, TooManyPairs};
 use crate::plan::BroadPhase;
@@ -88,18 +88,44 @@ pub fn within(
     h: f64,
     broad_phase: BroadPhase,
 ) -> Result<Vec<Link>, TooManyPairs> {
-    let fastest = discs.iter().map(|disc| disc.velocity.length()).fold(0.0, f64::max);
-    let near = detect::touching_pairs(discs, 2.0 * fastest * h, broad_phase)?;
-    let meet = |&(a, b): &detect::Pair| {
+    let near = detect::touching_pairs(discs, 2.0 * fastest(discs) * h, broad_phase)?;
+    Ok(among(discs, &near, walls, h, 1.0))
+}
+
+/// The largest speed, m/s.
+pub fn fastest(discs: &[Disc]) -> f64 {
+    discs.iter().map(|disc| disc.velocity.length()).fold(0.0, f64::max)
+}
+
+/// The same of these pairs only; with `sense` -1 those from which straight flight has led here.
+pub fn among(
+    discs: &[Disc],
+    near: &[detect::Pair],
+    walls: Option<&Walls>,
+    h: f64,
+    sense: f64,
+) -> Vec<Link> {
+    let meet = |&&(a, b): &&detect::Pair| {
         let (first, second) = (&discs[a], &discs[b]);
-        let (d, w) = (second.position - first.position, second.velocity - first.velocity);
-        let impact = || pair_impact_at_any_scale(d, w, first.radius + second.radius);
+        let d = second.position - first.position;
+        let w = sense * (second.velocity - first.velocity);
+        let s = first.radius + second.radius;
+        let usual = |square: f64| (1e-140..1e140).contains(&square);
+        let (d2, w2) = (d.length_squared(), w.length_squared());
+        if usual(d2) && usual(w2) && d2 > s * s * (1.0 + 1e-9) && !may_meet_within(d, w, s, h) {
+            return false;
+        }
+        let impact = || pair_impact_at_any_scale(d, w, s);
         touch(first, second, 0.0) || (h > 0.0 && impact().is_some_and(|time| time < h))
     };
-    let pair = |(a, b)| Link { a, b: Other::Disc(b) };
-    let mut links: Vec<Link> = near.into_iter().filter(meet).map(pair).collect();
+    let pair = |&(a, b): &detect::Pair| Link { a, b: Other::Disc(b) };
+    let mut links: Vec<Link> = near.iter().filter(meet).map(pair).collect();
     for (a, disc) in discs.iter().enumerate() {
         let Some(walls) = walls else { break };
+        let reach = disc.radius + h * disc.velocity.abs().max_element();
+        if walls.contain(disc.position, reach * (1.0 + 1e-9)) {
+            continue;
+        }
         for side in SIDES {
             let (gap, out) = (walls.gap(side, disc), disc.velocity.dot(side.normal()));
             if gap < 0.0 || (out > 0.0 && gap <= out * h) {
@@ -108,7 +134,7 @@ pub fn within(
         }
     }
     links.retain(|link| link.moves(discs));
-    Ok(links)
+    links
 }
 
 /// A bound of `omega^2` (1/s^2) of all modes of these contacts: Gershgorin's for `k N M^-1 N^T`,

@@ -1,66 +1,30 @@
-//! Steps of fixed length: discs fly straight for `dt`, then what touches collides.
+//! The judge of [`super::Steps`]: the same, with everything looked for anew at each step.
 //!
-//! ```text
-//! fly -> find contacts -> (count what was missed) -> collide -> (part overlaps) -> next step
-//! ```
-//!
-//! The rough method, here to be compared with. A contact is found up to `dt` late, with an overlap,
-//! and each disc of it is then `(1 + e) lag |v_n| mu / m` off for ever: first order in `dt`. Only
-//! the pair law changes a velocity, so energy is kept to rounding at restitution 1 whatever `dt`
-//! is. Two discs that meet and part within a step are missed: no `dt` is short enough for a grazing
-//! contact. Every kind of error is counted, never hidden. (A step that stops at each time of impact
-//! is [`super::plain`].)
-//!
-//! Positions are kept as in the event method, from each disc's own last contact, so that a million
-//! steps without one add no rounding.
+//! Pairs are found by all pairs or by a grid, all touching ones are resolved in one call, and every
+//! disc is looked at at every wall. Only simulated discs, and nobody gives commands.
 
-use super::energy::EnergyAccount;
-use super::plain::Laws;
+use glam::DVec2;
+
+use super::{NotInSteps, Stepping, Unseen, may_collide};
 use crate::detect::impact::pair_impact_at_any_scale;
 use crate::detect::touching::{gap, touch};
 use crate::detect::{self, Pair, TooManyPairs};
 use crate::exact::RunningSum;
+use crate::motion::energy::EnergyAccount;
+use crate::motion::plain::Laws;
 use crate::plan::BroadPhase;
 use crate::resolve::overlap::{part_from_walls, part_pairs};
 use crate::resolve::pair::approach;
 use crate::resolve::touching;
 use crate::resolve::wall::{bounce, wall_contact};
-use crate::world::{Contact, Disc, Partner, Side, Walls, limits};
-
-/// How to step.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stepping {
-    /// Length of a step, s.
-    pub step: f64,
-    /// Sweeps of the overlap correction after each step; 0 = left out.
-    pub overlap_sweeps: usize,
-    /// Whether to count contacts that were never resolved, which costs a second search.
-    pub count_missed: bool,
-    /// How touching pairs are found.
-    pub broad_phase: BroadPhase,
-}
-
-/// A step that is no length of time.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[error("step = {0} s, must be a finite number above 0")]
-pub struct BadStep(pub f64);
-
-/// Contacts that the steps did not see when they happened.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Unseen {
-    /// Resolved after they had begun: with an overlap.
-    pub late: u64,
-    /// Found when the discs had passed each other and parted already: never resolved.
-    pub too_late: u64,
-    /// Pairs whose paths met within a step, and that did not touch at its ends: never resolved.
-    pub missed: u64,
-}
+use crate::world::{Contact, Disc, Owner, Partner, Periodic, Side, Walls, limits};
 
 /// The state of an arena under the stepped method.
 #[derive(Clone, Debug)]
-pub struct Steps {
+pub struct PlainSteps {
     laws: Laws,
     stepping: Stepping,
+    broad_phase: BroadPhase,
     now: f64,
     /// Steps done.
     count: u64,
@@ -81,20 +45,24 @@ struct Anchor {
     step: u64,
 }
 
-impl Steps {
+impl PlainSteps {
     /// An arena at time 0.
     ///
     /// # Errors
-    /// [`BadStep`].
-    pub fn new(laws: Laws, discs: &[Disc], stepping: Stepping) -> Result<Self, BadStep> {
-        if !(stepping.step > 0.0 && stepping.step.is_finite()) {
-            return Err(BadStep(stepping.step));
-        }
+    /// [`NotInSteps`].
+    pub fn new(
+        laws: Laws,
+        discs: &[Disc],
+        stepping: Stepping,
+        broad_phase: BroadPhase,
+    ) -> Result<Self, NotInSteps> {
+        stepping.check(&laws)?;
         let mut energy = EnergyAccount::default();
         discs.iter().for_each(|disc| energy.book(disc.kinetic_energy()));
         Ok(Self {
             laws,
             stepping,
+            broad_phase,
             now: 0.0,
             count: 0,
             discs: discs.to_vec(),
@@ -114,7 +82,10 @@ impl Steps {
     /// The discs as they are now: since the last step end they fly straight.
     pub fn discs(&self) -> impl Iterator<Item = Disc> + '_ {
         let since = self.now - self.time();
-        let fly = move |disc: &Disc| disc.position + disc.velocity * since;
+        let fly = move |disc: &Disc| {
+            let position = disc.position + disc.velocity * since;
+            self.laws.periodic.map_or(position, |periodic| periodic.inside(position))
+        };
         self.discs.iter().map(move |disc| Disc { position: fly(disc), ..*disc })
     }
 
@@ -169,7 +140,7 @@ impl Steps {
     /// One step, stage by stage.
     fn step(&mut self, contacts: &mut Vec<Contact>) -> Result<(), TooManyPairs> {
         let flown = self.flown();
-        let pairs = detect::touching_pairs(&flown, 0.0, self.stepping.broad_phase)?;
+        let pairs = self.pairs_within(&flown, 0.0)?;
         self.count_unresolved(&flown)?;
         let before = std::mem::replace(&mut self.discs, flown);
         self.count += 1;
@@ -177,8 +148,9 @@ impl Steps {
         self.collide(&pairs, contacts);
         self.bounce(contacts);
         self.account(&contacts[first..]);
+        let flown: Vec<DVec2> = self.discs.iter().map(|disc| disc.position).collect();
         self.part(&pairs);
-        self.anchor(&before);
+        self.anchor(&before, &flown);
         Ok(())
     }
 
@@ -197,6 +169,24 @@ impl Steps {
         self.anchors.iter().map(fly).collect()
     }
 
+    /// Pairs with a gap up to a margin (m) whose contacts would change something.
+    fn pairs_within(&self, discs: &[Disc], margin: f64) -> Result<Vec<Pair>, TooManyPairs> {
+        let mut pairs = match &self.laws.periodic {
+            None => detect::touching_pairs(discs, margin, self.broad_phase)?,
+            Some(periodic) => {
+                let all = (0..discs.len()).flat_map(|i| (i + 1..discs.len()).map(move |j| (i, j)));
+                let near = |&(i, j): &Pair| {
+                    let (a, b) = seen(discs, (i, j), Some(periodic));
+                    touch(&a, &b, margin)
+                };
+                all.filter(near).collect()
+            }
+        };
+        let owners = [Owner::Simulated; 2];
+        pairs.retain(|&(i, j)| may_collide(owners, [discs[i].mass, discs[j].mass]));
+        Ok(pairs)
+    }
+
     /// Counts pairs that met on their straight way to `flown` and will not be resolved there.
     fn count_unresolved(&mut self, flown: &[Disc]) -> Result<(), TooManyPairs> {
         if !self.stepping.count_missed {
@@ -204,16 +194,20 @@ impl Steps {
         }
         let fastest = self.discs.iter().map(|disc| disc.velocity.length()).fold(0.0, f64::max);
         let reach = 2.0 * fastest * self.stepping.step;
-        for (i, j) in detect::touching_pairs(flown, reach, self.stepping.broad_phase)? {
+        for (i, j) in self.pairs_within(flown, reach)? {
             let (a, b) = (&self.discs[i], &self.discs[j]);
-            let (d, w) = (b.position - a.position, b.velocity - a.velocity);
+            let (mut d, w) = (b.position - a.position, b.velocity - a.velocity);
+            if let Some(periodic) = &self.laws.periodic {
+                d += periodic.shift(d);
+            }
             let time = pair_impact_at_any_scale(d, w, a.radius + b.radius);
             if !time.is_some_and(|time| time > 0.0 && time < self.stepping.step) {
                 continue;
             }
-            if !touch(&flown[i], &flown[j], 0.0) {
+            let (a, b) = seen(flown, (i, j), self.laws.periodic.as_ref());
+            if !touch(&a, &b, 0.0) {
                 self.unseen.missed += 1;
-            } else if approach(&flown[i], &flown[j]).is_none() {
+            } else if approach(&a, &b).is_none() {
                 self.unseen.too_late += 1;
             }
         }
@@ -221,13 +215,23 @@ impl Steps {
     }
 
     fn collide(&mut self, pairs: &[Pair], contacts: &mut Vec<Contact>) {
-        for &(i, j) in pairs {
-            let (a, b) = (&self.discs[i], &self.discs[j]);
-            let overlap = -gap(a, b) / a.radius.min(b.radius);
+        let periodic = self.laws.periodic;
+        for &pair in pairs {
+            let (a, b) = seen(&self.discs, pair, periodic.as_ref());
+            let overlap = -gap(&a, &b) / a.radius.min(b.radius);
             self.largest_overlap = self.largest_overlap.max(overlap);
         }
         let (restitution, time) = (self.laws.restitution, self.time());
-        contacts.extend(touching::resolve(&mut self.discs, pairs, restitution, time).contacts);
+        let mut inside = self.discs.clone();
+        if let Some(periodic) = &periodic {
+            inside.iter_mut().for_each(|disc| disc.position = periodic.inside(disc.position));
+        }
+        let resolved =
+            touching::resolve_in(&mut inside, pairs, restitution, time, periodic.as_ref());
+        for (disc, after) in self.discs.iter_mut().zip(&inside) {
+            disc.velocity = after.velocity;
+        }
+        contacts.extend(resolved.contacts);
     }
 
     fn bounce(&mut self, contacts: &mut Vec<Contact>) {
@@ -248,7 +252,7 @@ impl Steps {
             self.energy.book(-contact.energy_loss);
         }
         // A fixed disc that moves does work: seen from it, only restitution takes energy.
-        let moving = |disc: &&Disc| disc.mass.is_infinite() && disc.velocity != glam::DVec2::ZERO;
+        let moving = |disc: &&Disc| disc.mass.is_infinite() && disc.velocity != DVec2::ZERO;
         for fixed in self.discs.iter().filter(moving) {
             for contact in contacts {
                 let along = contact.impulse * contact.normal.dot(fixed.velocity);
@@ -263,7 +267,7 @@ impl Steps {
 
     fn part(&mut self, pairs: &[Pair]) {
         for _ in 0..self.stepping.overlap_sweeps {
-            part_pairs(&mut self.discs, pairs);
+            part_pairs(&mut self.discs, pairs, self.laws.periodic.as_ref());
             if let Some(walls) = &self.laws.walls {
                 self.discs.iter_mut().for_each(|disc| part_from_walls(disc, walls));
             }
@@ -271,16 +275,31 @@ impl Steps {
     }
 
     /// Begins a new flight for every disc that left its old one.
-    fn anchor(&mut self, before: &[Disc]) {
-        let step = self.count;
-        let time = |anchor: &Anchor| (step - anchor.step) as f64 * self.stepping.step;
-        for ((disc, before), anchor) in self.discs.iter().zip(before).zip(&mut self.anchors) {
-            let flown = anchor.disc.position + anchor.disc.velocity * time(anchor);
-            if disc.velocity != before.velocity || disc.position != flown {
-                *anchor = Anchor { disc: *disc, step };
+    fn anchor(&mut self, before: &[Disc], flown: &[DVec2]) {
+        let all = self.discs.iter().zip(before).zip(flown).zip(&mut self.anchors);
+        for (((disc, before), flown), anchor) in all {
+            if disc.position != *flown {
+                *anchor = Anchor { disc: *disc, step: self.count };
+            } else if disc.velocity != before.velocity {
+                let inside = |periodic: Periodic| periodic.inside(disc.position);
+                let position = self.laws.periodic.map_or(disc.position, inside);
+                *anchor = Anchor { disc: Disc { position, ..*disc }, step: self.count };
             }
         }
     }
+}
+
+/// A pair, the smaller id first, as the nearest image of one sees the other.
+fn seen(discs: &[Disc], (i, j): Pair, periodic: Option<&Periodic>) -> (Disc, Disc) {
+    let (mut a, mut b) = (discs[i], discs[j]);
+    if b.id < a.id {
+        (a, b) = (b, a);
+    }
+    if let Some(periodic) = periodic {
+        (a.position, b.position) = (periodic.inside(a.position), periodic.inside(b.position));
+        b.position += periodic.shift(b.position - a.position);
+    }
+    (a, b)
 }
 
 fn bounce_off(disc: &mut Disc, side: Side, walls: &Walls, time: f64) -> Option<Contact> {
