@@ -76,7 +76,10 @@ fn every_method_takes_commands() {
         let arena = drive(method);
         let tolerance = if method.is_exact() { 1e-10 } else { 1e-2 };
         assert!(apart(&arena, &judge) < tolerance, "{method}: {:e}", apart(&arena, &judge));
-        assert!(arena.relative_energy_drift().abs() < 1e-6, "{method}");
+        let drift = arena.relative_energy_drift();
+        // The turning of a spring's normal is split off: of second order in the angle.
+        let most = if method == Method::Springs { 1e-5 } else { 1e-13 };
+        assert!(drift.abs() < most, "{method}: {drift:e}");
     }
 }
 

@@ -39,8 +39,14 @@ struct Equation {
     impulse: f64,
 }
 
-/// Moves the discs by `h` (s); returns the impulse of each link, N s.
-pub fn step(discs: &mut [Disc], links: &[Link], laws: &Laws, h: f64, rule: Implicit) -> Vec<f64> {
+/// Moves the discs by `h` (s); returns the impulse of each link, N s, and along which normal.
+pub fn step(
+    discs: &mut [Disc],
+    links: &[Link],
+    laws: &Laws,
+    h: f64,
+    rule: Implicit,
+) -> Vec<(f64, DVec2)> {
     let theta = if rule == Implicit::Midpoint { 0.5 } else { 1.0 };
     // Normals half a step on, or energy would leak as the line of centres turns.
     let ahead = if rule == Implicit::Midpoint { 0.5 * h } else { 0.0 };
@@ -72,7 +78,7 @@ pub fn step(discs: &mut [Disc], links: &[Link], laws: &Laws, h: f64, rule: Impli
         disc.position += h * (disc.velocity + theta * change);
         disc.velocity += change;
     }
-    equations.iter().map(|equation| equation.impulse).collect()
+    equations.iter().map(|equation| (equation.impulse, equation.normal)).collect()
 }
 
 impl Equation {

@@ -8,6 +8,8 @@
 //!
 //! Never move a disc here but through [`super::pair`], [`super::cluster`] and free flight.
 
+use glam::DVec2;
+
 use super::Laws;
 use super::cluster::{self, Implicit};
 use super::links::{self, Link, Other, stiffest_mode};
@@ -184,12 +186,13 @@ pub fn together(
         }
     };
     let mut works: Vec<Work> = links.iter().map(work).collect();
+    let before: Vec<DVec2> = links.iter().map(|link| link.velocity(discs)).collect();
     let impulses = cluster::step(discs, links, laws, h, rule);
-    for (work, impulse) in works.iter_mut().zip(impulses) {
-        let speed = work.link.velocity(discs).dot(work.normal);
+    for ((work, before), (impulse, normal)) in works.iter_mut().zip(before).zip(impulses) {
+        let mean_velocity = 0.5 * (before + work.link.velocity(discs));
         work.impulse = impulse;
         // What the motion gave, less what the spring took.
-        work.loss += impulse * 0.5 * (work.approach_speed + speed);
+        work.loss += impulse * mean_velocity.dot(normal);
         work.loss -= work.link.stored(discs, laws);
         work.deepest = work.deepest.max(work.link.overlap(discs, laws));
     }
