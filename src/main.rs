@@ -39,6 +39,8 @@ enum Command {
 enum BenchCommand {
     /// A gas of discs that melts from a lattice.
     Gas(GasArguments),
+    /// Box2D and Rapier beside carom's own methods (only in a build with the feature `peers`).
+    Peers(PeersArguments),
 }
 
 #[derive(Args)]
@@ -82,6 +84,30 @@ struct GasArguments {
     #[arg(long, value_name = "E", default_value = "1", value_parser = at_most_1)]
     restitution: f64,
     /// One JSON object instead of words.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Args)]
+struct PeersArguments {
+    /// How many discs.
+    #[arg(long, value_name = "N", default_value = "1000")]
+    #[arg(value_parser = clap::value_parser!(u32).range(4..=1_000_000))]
+    discs: u32,
+    /// Share of the area that they cover.
+    #[arg(long, value_name = "PHI", default_value = "0.3", value_parser = fraction)]
+    area_fraction: f64,
+    /// Simulated time of a run; its first tenth is not timed.
+    #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds)]
+    seconds: f64,
+    /// Seed of the velocities.
+    #[arg(long, value_name = "S", default_value = "1")]
+    seed: u64,
+    /// Lengths of the step in seconds, such as 1/60 or 0.001.
+    #[arg(long, value_name = "LIST", default_value = "1/60,1/240,1/1000")]
+    #[arg(value_delimiter = ',', value_parser = step)]
+    dt: Vec<f64>,
+    /// One JSON object instead of the tables.
     #[arg(long)]
     json: bool,
 }
@@ -136,6 +162,7 @@ fn main() -> ExitCode {
         Command::Run(arguments) => load_and_run(&arguments),
         Command::Check(arguments) => check(arguments),
         Command::Bench(BenchCommand::Gas(arguments)) => bench_gas(&arguments),
+        Command::Bench(BenchCommand::Peers(arguments)) => bench_peers(arguments),
     }
 }
 
@@ -177,7 +204,31 @@ fn bench_gas(arguments: &GasArguments) -> ExitCode {
     let GasArguments { restitution, melt, step, collisions, json, .. } = *arguments;
     let gas = Gas { lattice, restitution, melt, step };
     let options = bench::Options { gas, method: named(&arguments.method), collisions, json };
-    match bench::bench(&options, &mut std::io::stdout().lock()) {
+    measured(bench::bench(&options, &mut std::io::stdout().lock()))
+}
+
+#[cfg(feature = "peers")]
+fn bench_peers(arguments: PeersArguments) -> ExitCode {
+    use carom::bench::peers;
+    let options = peers::Options {
+        discs: arguments.discs as usize,
+        area_fraction: arguments.area_fraction,
+        seconds: arguments.seconds,
+        seed: arguments.seed,
+        steps: arguments.dt,
+        json: arguments.json,
+    };
+    measured(peers::bench(&options, &mut std::io::stdout().lock()))
+}
+
+#[cfg(not(feature = "peers"))]
+fn bench_peers(_arguments: PeersArguments) -> ExitCode {
+    let how = "cargo run --release --no-default-features --features peers -- bench peers";
+    complain(&format!("this build has no other engines in it: {how}"), 2)
+}
+
+fn measured(outcome: Result<(), BenchError>) -> ExitCode {
+    match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(error @ BenchError::BadUse(_)) => complain(&error, 2),
         Err(error) => complain(&error, 1),
@@ -214,7 +265,10 @@ fn refuse(error: &clap::Error) -> ExitCode {
         return ExitCode::SUCCESS;
     }
     if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
-        return complain(&"bench needs to know what to measure: gas; see carom bench --help", 2);
+        return complain(
+            &"bench needs to know what to measure: gas or peers; see carom bench --help",
+            2,
+        );
     }
     let text = error.to_string();
     let what: Vec<&str> = text.lines().take_while(|line| !line.is_empty()).map(str::trim).collect();
@@ -224,6 +278,15 @@ fn refuse(error: &clap::Error) -> ExitCode {
 
 fn seconds(text: &str) -> Result<f64, String> {
     number(text, |x| x > 0.0, "a number of seconds above 0")
+}
+
+/// A number, or one over another.
+fn step(text: &str) -> Result<f64, String> {
+    let (above, below) = text.split_once('/').unwrap_or((text, "1"));
+    let number = |text: &str| text.trim().parse::<f64>().ok();
+    let step = number(above).zip(number(below)).map(|(above, below)| above / below);
+    let step = step.filter(|step| step.is_finite() && *step > 0.0);
+    step.ok_or_else(|| "must be a number of seconds above 0, such as 1/60".to_owned())
 }
 
 fn at_least_0(text: &str) -> Result<f64, String> {

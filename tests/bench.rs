@@ -66,6 +66,16 @@ fn bench_alone_says_what_it_can_measure() {
 }
 
 #[test]
+#[cfg(not(feature = "peers"))]
+fn without_the_other_engines_bench_peers_says_how_to_get_them() {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_carom"));
+    let output = command.args(["bench", "peers", "--dt", "1/60,0.001"]).output().expect("runs");
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(error.contains("--features peers") && error.lines().count() == 1, "{error}");
+}
+
+#[test]
 fn bad_use_is_one_line_and_code_2() {
     for arguments in [
         &["--area-fraction", "0.95"][..],

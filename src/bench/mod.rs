@@ -5,6 +5,9 @@
 
 pub mod gas;
 
+#[cfg(feature = "peers")]
+pub mod peers;
+
 use std::io::{self, Write};
 use std::time::Instant;
 
@@ -137,6 +140,14 @@ fn pass(arena: &mut Arena, step: f64, collisions: u64) -> Result<(), BenchError>
         }
     }
     Ok(())
+}
+
+/// How long something takes, s, and what comes of it.
+#[cfg(feature = "peers")]
+fn seconds<T>(run: impl FnOnce() -> T) -> (f64, T) {
+    let start = Instant::now();
+    let result = run();
+    (start.elapsed().as_secs_f64(), result)
 }
 
 /// Memory that this process occupies, bytes, where the system tells.
