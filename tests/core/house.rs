@@ -87,6 +87,7 @@ fn borders_hold() {
                 || may(&[
                     "src/detect/fused.rs",
                     "src/motion/events/lanes",
+                    "src/motion/events/pages.rs",
                     "src/motion/near/lanes.rs",
                 ]),
             "{name} is unsafe"

@@ -9,6 +9,7 @@
 //! Never ask here what is due: the engine knows.
 
 use super::lanes::{Unit, whole_part};
+use super::pages;
 
 /// Entries in a chunk: two cache lines.
 const CHUNK: usize = 16;
@@ -63,7 +64,8 @@ impl Calendar {
             tomorrow: 0.0,
             end: days as f64,
             open: Vec::new(),
-            chunks: Vec::new(),
+            // Nearly all that a calendar ever holds.
+            chunks: pages::with_room_for(2 * discs / CHUNK),
             free: NONE,
         };
         calendar.make_room_for(discs);
@@ -223,6 +225,7 @@ impl Calendar {
     #[inline(never)]
     fn new_chunk(&mut self, next: u32) -> u32 {
         if self.free == NONE {
+            pages::make_room_for_one(&mut self.chunks);
             self.chunks.push(Chunk { entries: [0; CHUNK], next });
             return (self.chunks.len() - 1) as u32;
         }

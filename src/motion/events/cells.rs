@@ -13,6 +13,8 @@ use std::ops::Range;
 
 use glam::DVec2;
 
+use super::pages;
+
 use crate::world::Periodic;
 
 /// Most columns or rows: places are kept in two halves of 32 bits.
@@ -136,6 +138,8 @@ impl Cells {
             ROOM_MAX
         };
         let count = (usize::from(columns) + 2) * (usize::from(rows) + 2);
+        let mut numbers = pages::with_room_for(count * size);
+        numbers.resize(count * size, EMPTY);
         let is_closed = needs.border == Border::Closed;
         let edges = |min, width, lines| edges(min, width, lines, margin, is_closed);
         Self {
@@ -147,7 +151,7 @@ impl Cells {
             column_edges: edges(needs.min.x, width.x, columns),
             row_edges: edges(needs.min.y, width.y, rows),
             size,
-            numbers: vec![EMPTY; count * size],
+            numbers,
             beyond: HashMap::new(),
         }
     }

@@ -2,6 +2,7 @@
 
 use glam::DVec2;
 
+use super::cells::Block;
 use super::lanes::{Unit, prefetch};
 use super::predict::SIDES;
 use super::{Due, Each, Events, Last, Place, TIE, WALL};
@@ -236,17 +237,41 @@ impl Events {
         prefetch(&self.dues, first);
         prefetch(&self.flights, first);
         let due = &self.dues[second];
-        let partner = self.partner_or(due, second);
-        prefetch(&self.dues, partner);
-        prefetch(&self.flights, partner);
-        self.fetch_cells(due.place);
-        let partner = self.partner_or(&self.dues[third], third);
-        self.fetch_cells(self.dues[partner].place);
-        for k in [fourth, self.partner_or(&self.dues[fourth], fourth)] {
-            let block = self.cells.around(self.dues[k].place);
-            let near = &mut self.near[0];
-            U::fetch_flights(self.cells.numbers(), &self.flights, &block, k, near);
+        prefetch(&self.flights, self.partner_or(due, second));
+        if let Some((place, _)) = self.next_place(second) {
+            self.fetch_cells(place);
+        } else {
+            prefetch(&self.dues, self.partner_or(due, second));
+            self.fetch_cells(due.place);
         }
+        if self.next_place(third).is_none() {
+            let partner = self.partner_or(&self.dues[third], third);
+            self.fetch_cells(self.dues[partner].place);
+        }
+        if let Some((_, ahead)) = self.next_place(fourth) {
+            return self.fetch_flights::<U>(fourth, &ahead);
+        }
+        for k in [fourth, self.partner_or(&self.dues[fourth], fourth)] {
+            self.fetch_flights::<U>(k, &self.cells.around(self.dues[k].place));
+        }
+    }
+
+    /// The cell to which a disc goes over before it meets anybody, and the cells that come near.
+    #[inline(always)]
+    fn next_place(&self, k: usize) -> Option<(Place, Block)> {
+        let due = &self.dues[k];
+        if due.contact <= due.exit {
+            return None;
+        }
+        let (along_x, up) = self.way_out(k, due.place);
+        let (place, _) = self.cells.neighbour(due.place, along_x, up)?;
+        Some((place, self.cells.ahead(place, along_x, up)))
+    }
+
+    #[inline(always)]
+    fn fetch_flights<U: Unit>(&mut self, k: usize, block: &Block) {
+        let near = &mut self.near[0];
+        U::fetch_flights(self.cells.numbers(), &self.flights, block, k, near);
     }
 
     /// The disc that another is due to meet, or that other itself.

@@ -22,6 +22,7 @@ mod cells;
 mod contacts;
 mod edit;
 mod lanes;
+mod pages;
 mod predict;
 mod together;
 
@@ -249,8 +250,8 @@ impl Events {
         let (day, days) = days(&needs, discs);
         let mut arena = Self {
             laws,
-            flights: Vec::with_capacity(discs.len()),
-            dues: Vec::with_capacity(discs.len()),
+            flights: pages::with_room_for(discs.len()),
+            dues: pages::with_room_for(discs.len()),
             radii: Each::of(discs.iter().map(|disc| disc.radius)),
             masses: Each::of(discs.iter().map(|disc| disc.mass)),
             ids: discs.iter().map(|disc| disc.id).collect(),

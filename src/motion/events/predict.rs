@@ -212,13 +212,19 @@ impl Events {
         (until(flight.x, flight.vx, low.x, high.x), until(flight.y, flight.vy, low.y, high.y))
     }
 
+    /// Along which axis a disc leaves its cell, and whether upwards.
+    #[inline(always)]
+    pub(super) fn way_out(&self, k: usize, place: Place) -> (bool, bool) {
+        let (x, y) = self.exits(k, place);
+        let (along_x, flight) = (x <= y, &self.flights[k]);
+        (along_x, if along_x { flight.vx > 0.0 } else { flight.vy > 0.0 })
+    }
+
     /// A disc that leaves its cell goes over to the next one.
     #[inline(always)]
     pub(super) fn change_cell<U: Unit>(&mut self, k: usize, due: Due) {
-        let (x, y) = self.exits(k, due.place);
-        let along_x = x <= y;
+        let (along_x, up) = self.way_out(k, due.place);
         let flight = &mut self.flights[k];
-        let up = if along_x { flight.vx > 0.0 } else { flight.vy > 0.0 };
         let Some((place, shift)) = self.cells.neighbour(due.place, along_x, up) else {
             return self.renew_all_cells();
         };
