@@ -83,6 +83,9 @@ struct GasArguments {
     /// Restitution of pairs and walls.
     #[arg(long, value_name = "E", default_value = "1", value_parser = at_most_1)]
     restitution: f64,
+    /// Without the vector units of the processor (method events).
+    #[arg(long)]
+    portable: bool,
     /// One JSON object instead of words.
     #[arg(long)]
     json: bool,
@@ -201,9 +204,10 @@ fn bench_gas(arguments: &GasArguments) -> ExitCode {
         walled: arguments.boundary == "walls",
         seed: arguments.seed,
     };
-    let GasArguments { restitution, melt, step, collisions, json, .. } = *arguments;
+    let GasArguments { restitution, melt, step, collisions, portable, json, .. } = *arguments;
     let gas = Gas { lattice, restitution, melt, step };
-    let options = bench::Options { gas, method: named(&arguments.method), collisions, json };
+    let method = named(&arguments.method);
+    let options = bench::Options { gas, method, collisions, portable, json };
     measured(bench::bench(&options, &mut std::io::stdout().lock()))
 }
 

@@ -51,6 +51,15 @@ fn every_method_is_measured() {
 }
 
 #[test]
+fn a_processor_without_vector_units_gives_the_same_physics() {
+    let of = |more: &[&str]| {
+        let found = measured(&[&["--discs", "300"], more].concat());
+        (found["rate"].clone(), found["largest_miss"].clone(), found["energy_drift"].clone())
+    };
+    assert_eq!(of(&[]), of(&["--portable"]));
+}
+
+#[test]
 fn the_same_seed_gives_the_same_physics() {
     let run = |seed| measured(&["--discs", "300", "--seed", seed])["rate"].clone();
     assert_eq!(run("7"), run("7"));

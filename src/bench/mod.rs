@@ -14,6 +14,7 @@ use std::time::Instant;
 use serde::Serialize;
 
 use crate::motion::arena::Arena;
+use crate::motion::events::Lanes;
 use crate::plan::{Method, Plan};
 use gas::{Gas, Judgement};
 
@@ -46,6 +47,8 @@ pub struct Options {
     pub method: Option<Method>,
     /// Collisions of pairs and walls to be timed.
     pub collisions: u64,
+    /// Without the vector units of the processor.
+    pub portable: bool,
     /// One JSON object instead of words.
     pub json: bool,
 }
@@ -96,6 +99,11 @@ fn measure(options: &Options) -> Result<Measured, BenchError> {
     let start = Instant::now();
     let mut arena = Arena::new(&plan, plan.laws(&settings), &discs);
     let start_up_s = start.elapsed().as_secs_f64();
+    if options.portable
+        && let Arena::Events(events) = &mut arena
+    {
+        events.use_lanes(Lanes::portable());
+    }
     drop(discs);
     pass(&mut arena, options.gas.step, options.gas.melt_collisions())?;
     let (contacts, began) = (arena.contacts(), arena.now());

@@ -79,9 +79,9 @@ pub const NOBODY: Meeting = Meeting { time: f64::INFINITY, with: u32::MAX, tie: 
 
 impl Meeting {
     /// The earliest of the meetings with the discs `near`, at `times`; of equals the first.
-    pub fn earliest(near: &[u32], times: &[f64], instant: f64) -> Self {
+    pub fn earliest(near: impl Iterator<Item = u32>, times: &[f64], instant: f64) -> Self {
         let mut found = NOBODY;
-        for (&with, &time) in near.iter().zip(times) {
+        for (with, &time) in near.zip(times) {
             if time < found.time {
                 (found.time, found.with) = (time, with);
             }
@@ -177,6 +177,8 @@ pub struct Near {
     discs: [u32; NEAR_MAX + SLACK],
     /// When each is met, s.
     times: [f64; NEAR_MAX + SLACK],
+    /// Those that are looked at one by one.
+    pairs: Vec<Pair>,
 }
 
 /// Most discs of a block.
@@ -188,7 +190,7 @@ const SLACK: usize = 12;
 impl Default for Near {
     fn default() -> Self {
         let (discs, times) = ([0; NEAR_MAX + SLACK], [f64::INFINITY; NEAR_MAX + SLACK]);
-        Self { count: 0, discs, times }
+        Self { count: 0, discs, times, pairs: Vec::new() }
     }
 }
 
@@ -274,13 +276,28 @@ impl Unit for OneByOne {
         }
     }
 
+    /// In three rounds, of which each keeps some without a branch: half of all come nearer, half of
+    /// these meet.
     fn earliest(sight: &Sight, block: &Block, disc: usize, near: &mut Near) -> Meeting {
         Self::collect(sight.numbers, block, disc as u32, near);
-        let (discs, times) = (&near.discs[..near.count], &mut near.times[..near.count]);
-        for (&with, time) in discs.iter().zip(times.iter_mut()) {
-            *time = meeting(sight, disc, with as usize).unwrap_or(f64::INFINITY);
+        let count = near.count;
+        near.pairs.resize(count, Pair::default());
+        let pairs = &mut near.pairs[..];
+        let mut nearing = 0;
+        for &with in &near.discs[..count] {
+            let pair = Pair::of(sight, disc, with);
+            pairs[nearing] = pair;
+            nearing += usize::from(pair.b < 0.0);
         }
-        Meeting::earliest(discs, times, sight.instant)
+        let mut meeting = 0;
+        for at in 0..nearing {
+            let pair = pairs[at].with_root();
+            pairs[meeting] = pair;
+            meeting += usize::from(pair.root >= 0.0);
+        }
+        let times = &mut near.times[..meeting];
+        times.iter_mut().zip(&*pairs).for_each(|(time, pair)| *time = pair.time(sight.now));
+        Meeting::earliest(pairs[..meeting].iter().map(|pair| pair.with), times, sight.instant)
     }
 }
 
@@ -289,22 +306,51 @@ const WHOLE: f64 = 1.5 * (1u64 << 52) as f64;
 
 /// When a disc meets another, s.
 pub fn meeting(sight: &Sight, disc: usize, with: usize) -> Option<f64> {
-    let (own, other) = (&sight.flights[disc], &sight.flights[with]);
-    let (wx, wy) = (other.vx - own.vx, other.vy - own.vy);
-    let mut dx = (other.x - own.x) + wx * sight.now;
-    let mut dy = (other.y - own.y) + wy * sight.now;
-    if let Some(wrap) = sight.wrap {
-        DVec2 { x: dx, y: dy } = wrap.nearest(DVec2::new(dx, dy));
+    let pair = Pair::of(sight, disc, with as u32);
+    let pair = (pair.b < 0.0).then(|| pair.with_root())?;
+    (pair.root >= 0.0).then(|| pair.time(sight.now))
+}
+
+/// A disc as another one sees it.
+#[derive(Clone, Copy, Debug, Default)]
+struct Pair {
+    with: u32,
+    d: DVec2,
+    w: DVec2,
+    /// Square of the distance at contact, m^2.
+    s2: f64,
+    /// `d.w`: below 0 they come nearer.
+    b: f64,
+    /// What the time of contact is a root of: below 0 they pass each other.
+    root: f64,
+}
+
+impl Pair {
+    #[inline(always)]
+    fn of(sight: &Sight, disc: usize, with: u32) -> Self {
+        let (own, other) = (&sight.flights[disc], &sight.flights[with as usize]);
+        let w = other.velocity() - own.velocity();
+        let mut d = (other.start() - own.start()) + w * sight.now;
+        if let Some(wrap) = sight.wrap {
+            d = wrap.nearest(d);
+        }
+        let radius = if sight.radii.is_empty() { 0.0 } else { sight.radii[with as usize] };
+        let reach = sight.reach_of(disc) + radius;
+        Self { with, d, w, s2: reach * reach, b: d.x * w.x + d.y * w.y, root: 0.0 }
     }
-    let b = dx * wx + dy * wy;
-    let radius = if sight.radii.is_empty() { 0.0 } else { sight.radii[with] };
-    let reach = sight.reach_of(disc) + radius;
-    let s2 = reach * reach;
-    let cross = dx * wy - dy * wx;
-    let root = s2 * (wx * wx + wy * wy) - cross * cross;
-    let meets = b < 0.0 && root >= 0.0;
-    let c = (dx * dx + dy * dy - s2).max(0.0);
-    meets.then(|| sight.now + c / (root.sqrt() - b))
+
+    #[inline(always)]
+    fn with_root(self) -> Self {
+        let Self { d, w, s2, .. } = self;
+        let cross = d.x * w.y - d.y * w.x;
+        Self { root: s2 * (w.x * w.x + w.y * w.y) - cross * cross, ..self }
+    }
+
+    #[inline(always)]
+    fn time(&self, now: f64) -> f64 {
+        let c = (self.d.x * self.d.x + self.d.y * self.d.y - self.s2).max(0.0);
+        now + c / (self.root.sqrt() - self.b)
+    }
 }
 
 /// The whole part of a number that is not negative and far below 2^63.

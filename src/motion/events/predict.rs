@@ -160,7 +160,7 @@ impl Events {
         let near: Vec<u32> = near.chain(self.cells.beyond(block)).collect();
         let time = |&with: &u32| self.meeting(&sight, k, with as usize).unwrap_or(f64::INFINITY);
         let times: Vec<f64> = near.iter().map(time).collect();
-        Meeting::earliest(&near, &times, sight.instant)
+        Meeting::earliest(near.into_iter(), &times, sight.instant)
     }
 
     /// The discs around another.
