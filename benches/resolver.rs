@@ -3,13 +3,15 @@
 //! Circles at area fraction 0.3, thrown at random, so that many overlap: detection and resolution
 //! through `World::step`, as the node does it. The answer is checked first: pairs against all
 //! pairs, velocities against the conservation laws; a wrong answer prints no time. Times are
-//! medians; the yardstick, a bare impulse loop over the listed pairs, runs in between.
+//! medians; the yardstick, a bare impulse loop over the listed pairs, runs in between, and beside it
+//! the law of the exact methods over the same list.
 
 use std::hint::black_box;
 use std::time::Instant;
 
 use carom::detect::{all_pairs, grid};
 use carom::resolve;
+use carom::resolve::pair::{MassFractions, exchange};
 use carom::world::{Command, Disc, Instants, Report, Settings, World};
 use glam::DVec2;
 use rand_pcg::Pcg64;
@@ -19,8 +21,15 @@ const REPEATS: usize = 301;
 
 fn main() {
     println!(
-        "{:>8} {:>8} {:>12} {:>12} {:>12} {:>12} {:>12}",
-        "circles", "pairs", "all pairs us", "grid us", "resolve us", "message us", "bare us"
+        "{:>8} {:>8} {:>12} {:>12} {:>12} {:>12} {:>12} {:>12}",
+        "circles",
+        "pairs",
+        "all pairs us",
+        "grid us",
+        "resolve us",
+        "message us",
+        "law us",
+        "bare us"
     );
     for count in [10, 30, 48, 100, 300, 1_000, 3_000, 10_000] {
         let discs = scene(count, 0.3, 1);
@@ -65,12 +74,12 @@ fn check(discs: &[Disc]) {
     }
 }
 
-/// Medians in microseconds: all pairs, grid, resolve, the whole message, the bare loop.
-fn measure(discs: &[Disc], pairs: &[(usize, usize)], repeats: usize) -> [f64; 5] {
+/// Medians in microseconds: all pairs, grid, resolve, the whole message, the law, the bare loop.
+fn measure(discs: &[Disc], pairs: &[(usize, usize)], repeats: usize) -> [f64; 6] {
     let mut world = World::new(Settings::default(), &[]);
     let command = [Command::Observe(Report { discs: discs.to_vec(), time: 0.0 })];
     let instants = Instants { heard_at: 0.0, advance_to: 0.0 };
-    let mut samples = [(); 5].map(|()| Vec::with_capacity(repeats));
+    let mut samples = [(); 6].map(|()| Vec::with_capacity(repeats));
     for _ in 0..repeats {
         samples[0].push(time(|| all_pairs::touching_pairs(discs, 0.0)));
         samples[1].push(time(|| grid::touching_pairs(discs, 0.0)));
@@ -78,7 +87,9 @@ fn measure(discs: &[Disc], pairs: &[(usize, usize)], repeats: usize) -> [f64; 5]
         samples[2].push(time(|| resolve::touching::resolve(&mut scratch, pairs, 1.0, 0.0)));
         samples[3].push(time(|| world.step(&command, instants)));
         let mut scratch = discs.to_vec();
-        samples[4].push(time(|| bare(&mut scratch, pairs)));
+        samples[4].push(time(|| law(&mut scratch, pairs)));
+        let mut scratch = discs.to_vec();
+        samples[5].push(time(|| bare(&mut scratch, pairs)));
     }
     samples.map(|mut times| {
         times.sort_by(f64::total_cmp);
@@ -102,6 +113,19 @@ fn bare(discs: &mut [Disc], pairs: &[(usize, usize)]) {
             let impulse = d * (approach / d.length_squared());
             discs[i].velocity += impulse;
             discs[j].velocity -= impulse;
+        }
+    }
+}
+
+/// The law of the exact methods for each listed pair, with twice the digits where they matter.
+fn law(discs: &mut [Disc], pairs: &[(usize, usize)]) {
+    let share = MassFractions::of(1.0, 1.0);
+    for &(i, j) in pairs {
+        let d = discs[j].position - discs[i].position;
+        let exchange = exchange(d, (discs[i].velocity, discs[j].velocity), 1.0, &share);
+        if exchange.along < 0.0 {
+            discs[i].velocity += exchange.by_a;
+            discs[j].velocity += exchange.by_b;
         }
     }
 }
