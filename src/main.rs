@@ -74,7 +74,11 @@ struct GasArguments {
     /// Collisions of a disc before anything is measured.
     #[arg(long, value_name = "K", default_value = "30", value_parser = at_least_0)]
     melt: f64,
-    /// Radii of every second disc over those of the others.
+    /// Radii: every second disc larger than the others, or as much covered by every octave.
+    #[arg(long, value_name = "W", default_value = "two")]
+    #[arg(value_parser = ["two", "spread"])]
+    sizes: String,
+    /// The larger radius over the smaller.
     #[arg(long, value_name = "R", default_value = "1", value_parser = at_least_1)]
     size_ratio: f64,
     /// Masses are drawn from 1 kg to this.
@@ -205,7 +209,8 @@ fn bench_gas(arguments: &GasArguments) -> ExitCode {
         seed: arguments.seed,
     };
     let GasArguments { restitution, melt, step, collisions, portable, json, .. } = *arguments;
-    let gas = Gas { lattice, restitution, melt, step };
+    let spread = arguments.sizes == "spread";
+    let gas = Gas { lattice, spread, restitution, melt, step };
     let method = named(&arguments.method);
     let options = bench::Options { gas, method, collisions, portable, json };
     measured(bench::bench(&options, &mut std::io::stdout().lock()))

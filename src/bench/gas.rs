@@ -13,6 +13,7 @@ use serde::Serialize;
 use crate::motion::arena::Arena;
 use crate::plan::Method;
 use crate::scene::lattice::Lattice;
+use crate::scene::spread;
 use crate::world::{Disc, Pace, Periodic, Settings, Walls};
 
 /// Largest distance from contact at a collision, in smaller radii, and relative energy drift.
@@ -29,6 +30,8 @@ const STEPS_RATE: f64 = 0.15;
 pub struct Gas {
     /// Where and what.
     pub lattice: Lattice,
+    /// Whether radii are of every octave up to the size ratio, instead of two.
+    pub spread: bool,
     /// Restitution of pairs and walls.
     pub restitution: f64,
     /// Collisions of a disc before anything is measured.
@@ -45,9 +48,10 @@ impl Gas {
     pub fn scene(&self) -> Result<(Settings, Vec<Disc>), String> {
         let crowded = || {
             let fraction = self.lattice.area_fraction;
-            format!("discs at area fraction {fraction} do not fit on the lattice: choose it lower")
+            format!("discs at area fraction {fraction} do not fit: choose it lower")
         };
-        let (discs, side) = self.lattice.discs().ok_or_else(crowded)?;
+        let discs = if self.spread { spread::discs(&self.lattice) } else { self.lattice.discs() };
+        let (discs, side) = discs.ok_or_else(crowded)?;
         let (min, max) = (DVec2::ZERO, DVec2::splat(side));
         let walls = Walls { min, max, restitution: self.restitution };
         let settings = Settings {
@@ -205,7 +209,8 @@ impl fmt::Display for Gas {
         let boundary = if walled { "walls" } else { "periodic" };
         write!(f, "{count} discs, area fraction {area_fraction}, {boundary}, seed {seed}")?;
         if size_ratio != 1.0 {
-            write!(f, ", sizes 1:{size_ratio}")?;
+            let all = if self.spread { " and all between" } else { "" };
+            write!(f, ", sizes 1:{size_ratio}{all}")?;
         }
         if mass_max != 1.0 {
             write!(f, ", masses 1 to {mass_max}")?;

@@ -99,6 +99,15 @@ pub fn scattered(batch: &Batch) -> Vec<Disc> {
     (0..batch.count as u32).map(|id| draw(batch, id, &mut random)).collect()
 }
 
+/// Points that are uniform in the unit square, without end.
+pub fn points(seed: u64) -> impl Iterator<Item = DVec2> {
+    let mut random = Pcg64::seed_from_u64(seed);
+    std::iter::repeat_with(move || {
+        let x = uniform(&mut random, 0.0, 1.0);
+        DVec2::new(x, uniform(&mut random, 0.0, 1.0))
+    })
+}
+
 /// One puck at a random place, which may overlap another.
 fn draw(batch: &Batch, id: u32, random: &mut Pcg64) -> Disc {
     let radius = uniform(random, batch.radius.min, batch.radius.max);

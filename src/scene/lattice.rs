@@ -84,7 +84,7 @@ impl Lattice {
     }
 
     /// Discs with random velocities and masses, wherever.
-    fn drawn(&self) -> Vec<Disc> {
+    pub(super) fn drawn(&self) -> Vec<Disc> {
         let (min, max) = (DVec2::splat(-1.0), DVec2::splat(1.0));
         scattered(&Batch {
             count: self.count,
@@ -98,7 +98,7 @@ impl Lattice {
 }
 
 /// Takes the total momentum away and scales the energy.
-fn settle(discs: &mut [Disc]) {
+pub(super) fn settle(discs: &mut [Disc]) {
     let mass: f64 = discs.iter().map(|disc| disc.mass).sum();
     let drift = discs.iter().map(|disc| disc.mass * disc.velocity).sum::<DVec2>() / mass;
     discs.iter_mut().for_each(|disc| disc.velocity -= drift);

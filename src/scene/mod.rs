@@ -9,6 +9,8 @@ pub mod batch;
 
 pub mod lattice;
 
+pub mod spread;
+
 pub mod shipped;
 
 use std::fmt;

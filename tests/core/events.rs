@@ -50,7 +50,7 @@ impl Twins {
 
 /// The two methods must agree for about as long as the plain one agrees with itself where every
 /// disc is moved by a rounding error.
-fn check(name: &str, settings: &Settings, discs: &[Disc], until: f64) {
+pub fn check(name: &str, settings: &Settings, discs: &[Disc], until: f64) {
     let (same, of) = Twins::new(settings, discs).agree(until);
     let mut moved = discs.to_vec();
     moved.iter_mut().for_each(|disc| disc.position += disc.position * f64::EPSILON);

@@ -17,6 +17,7 @@ mod precise;
 mod receive;
 mod resolve;
 mod scene;
+mod sizes;
 mod springs;
 mod steps;
 mod ticks;

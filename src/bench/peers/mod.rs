@@ -64,7 +64,7 @@ impl Options {
             walled,
             seed: self.seed,
         };
-        Gas { lattice, restitution: 1.0, melt: 30.0, step: Pace::default().step }
+        Gas { lattice, spread: false, restitution: 1.0, melt: 30.0, step: Pace::default().step }
     }
 
     fn check(&self) -> Result<(), BenchError> {

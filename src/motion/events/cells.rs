@@ -8,6 +8,8 @@
 //! A cell holds a fixed number of discs, those beyond it are kept apart: geometry makes them rare.
 //! Who looks at it leaves the empty places out; how fast, is for [`super::lanes`].
 
+mod ring;
+
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -85,6 +87,8 @@ pub struct Cells {
     columns: u16,
     rows: u16,
     border: Border,
+    /// By which a disc has left its cell, m.
+    margin: f64,
     /// Where a disc of a column, or of a row, has left it: lower and upper edges, m.
     column_edges: Vec<Edges>,
     row_edges: Vec<Edges>,
@@ -121,10 +125,8 @@ impl Cells {
     /// Empty cells.
     pub fn new(needs: &Needs) -> Self {
         let (width, margin) = widths(needs);
-        let size = needs.max - needs.min;
-        let lines = (size / width).floor().clamp(DVec2::ONE, DVec2::splat(LINE_MAX));
-        let (columns, rows) = (lines.x as u16, lines.y as u16);
-        let width = size / lines;
+        let lines = lines(needs, width);
+        let width = (needs.max - needs.min) / lines;
         // Discs in a cell where they lie as close as they can, and in one of mean density.
         let most = (width.x + 2.0 * margin + needs.diameter)
             * (width.y + 2.0 * margin + needs.diameter)
@@ -137,6 +139,18 @@ impl Cells {
         } else {
             ROOM_MAX
         };
+        Self::laid_out(needs, lines, margin, size)
+    }
+
+    /// Empty cells of about this width and margin, m, with room for so many discs each.
+    pub fn of_width(needs: &Needs, width: f64, margin: f64, size: usize) -> Self {
+        Self::laid_out(needs, lines(needs, width), margin, size)
+    }
+
+    /// Empty cells in so many columns and rows.
+    fn laid_out(needs: &Needs, lines: DVec2, margin: f64, size: usize) -> Self {
+        let (columns, rows) = (lines.x as u16, lines.y as u16);
+        let width = (needs.max - needs.min) / lines;
         let count = (usize::from(columns) + 2) * (usize::from(rows) + 2);
         let mut numbers = pages::with_room_for(count * size);
         numbers.resize(count * size, EMPTY);
@@ -148,6 +162,7 @@ impl Cells {
             columns,
             rows,
             border: needs.border,
+            margin,
             column_edges: edges(needs.min.x, width.x, columns),
             row_edges: edges(needs.min.y, width.y, rows),
             size,
@@ -319,6 +334,11 @@ impl Cells {
     }
 }
 
+/// Columns and rows of cells that are no narrower than that, m.
+fn lines(needs: &Needs, width: f64) -> DVec2 {
+    ((needs.max - needs.min) / width).floor().clamp(DVec2::ONE, DVec2::splat(LINE_MAX))
+}
+
 /// The edges of all columns or rows, those of the rim too, which nobody asks for. Where nothing
 /// leaves, the outermost have no outer edge.
 fn edges(min: f64, width: f64, lines: u16, margin: f64, is_closed: bool) -> Vec<Edges> {
@@ -335,7 +355,7 @@ fn edges(min: f64, width: f64, lines: u16, margin: f64, is_closed: bool) -> Vec<
 
 /// Least width of a cell and margin, m: wide where changes of cells are frequent, narrow where
 /// contacts are (measured: `carom bench gas`).
-fn widths(needs: &Needs) -> (f64, f64) {
+pub fn widths(needs: &Needs) -> (f64, f64) {
     let fraction = needs.density * needs.diameter * needs.diameter * std::f64::consts::FRAC_PI_4;
     // Discs per cell wanted, and the margin in diameters.
     let margin = (0.26 - 0.38 * fraction).clamp(0.0, 0.2) * needs.diameter;

@@ -57,7 +57,7 @@ impl Events {
 
     /// Position of the second of two discs seen from the first, m.
     #[inline(always)]
-    fn offset(&self, i: usize, j: usize) -> DVec2 {
+    pub(super) fn offset(&self, i: usize, j: usize) -> DVec2 {
         let (a, b) = (&self.flights[i], &self.flights[j]);
         let d = (b.start() - a.start()) + (b.velocity() - a.velocity()) * self.now;
         self.wrap.map_or(d, |wrap| wrap.nearest(d))

@@ -4,7 +4,8 @@ use std::collections::HashSet;
 
 use glam::DVec2;
 
-use super::{Cells, Each, Events, Flight, LONG_AGO, TIE, brings_energy, needs};
+use super::levels::Grids;
+use super::{Each, Events, Flight, LONG_AGO, TIE, brings_energy, grids};
 use crate::world::{Disc, DiscId, Owner};
 
 impl Events {
@@ -24,14 +25,17 @@ impl Events {
     /// Puts an observed disc where its owner says that it is, adding it if it is new.
     pub fn observe(&mut self, disc: Disc) {
         let known = self.find(Owner::Observed, disc.id);
-        let fits = !self.outdated && 2.0 * disc.radius <= self.diameter;
-        let Some(k) = known.filter(|_| fits) else {
+        let fits = |k: &usize| !self.outdated && disc.radius <= self.radius_max(*k);
+        let Some(k) = known.filter(fits) else {
             return self.come(known, &disc);
         };
-        self.cells.remove(self.dues[k].place, k as u32);
+        let level = self.levels.level(k);
+        self.levels.grid_mut(&mut self.cells, level).remove(self.dues[k].place, k as u32);
         self.put(k, &disc);
-        self.dues[k].place = self.cells.place(self.flights[k].at(self.now));
-        self.cells.add(self.dues[k].place, k as u32);
+        let cells = self.levels.grid_mut(&mut self.cells, level);
+        self.dues[k].place = cells.place(self.flights[k].at(self.now));
+        cells.add(self.dues[k].place, k as u32);
+        self.note_jump(k);
         // Who expects to meet it may not notice that it is elsewhere.
         let met = self.dues.iter_mut().filter(|due| (due.partner & !TIE) as usize == k);
         met.for_each(|due| due.stamp = !due.stamp);
@@ -125,9 +129,9 @@ impl Events {
     #[cold]
     pub(super) fn renew_all_cells(&mut self) {
         let discs: Vec<Disc> = (0..self.flights.len()).map(|k| self.disc(k)).collect();
-        let needs = needs(&self.laws, &discs);
-        self.diameter = needs.diameter;
-        self.cells = Cells::new(&needs);
+        let Grids { cells, levels, diameter, needs } = grids(&self.laws, &discs);
+        (self.cells, self.levels, self.diameter) = (cells, levels, diameter);
+        self.scale = needs.diameter;
         self.calendar.make_room_for(self.flights.len());
         self.renew_grid();
         self.outdated = false;

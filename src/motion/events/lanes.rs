@@ -97,6 +97,12 @@ pub trait Unit {
     /// Names in `near` the discs of a block but for one.
     fn collect(numbers: &[u32], block: &Block, without: u32, near: &mut Near);
 
+    /// Names in `near` the discs of a block but for one, behind those named there already.
+    fn gather(numbers: &[u32], block: &Block, without: u32, near: &mut Near);
+
+    /// The earliest meeting of a disc with those named in `near`.
+    fn earliest_gathered(sight: &Sight, disc: usize, near: &mut Near) -> Meeting;
+
     /// The earliest meeting of a disc with those of a block, which are named in `near`.
     fn earliest(sight: &Sight, block: &Block, disc: usize, near: &mut Near) -> Meeting;
 
@@ -182,7 +188,10 @@ pub struct Near {
 }
 
 /// Most discs of a block.
-const NEAR_MAX: usize = 9 * ROOM_MAX;
+const BLOCK_MAX: usize = 9 * ROOM_MAX;
+
+/// Most discs that are near: some blocks may be gathered before anybody is met.
+const NEAR_MAX: usize = 3 * BLOCK_MAX;
 
 /// Room for whole vectors.
 const SLACK: usize = 12;
@@ -198,6 +207,22 @@ impl Near {
     /// The discs that are near.
     pub fn discs(&self) -> &[u32] {
         &self.discs[..self.count]
+    }
+
+    /// Nobody is near.
+    pub fn clear(&mut self) {
+        self.count = 0;
+    }
+
+    /// Whether so many more may be named.
+    pub fn has_room(&self, count: usize) -> bool {
+        self.count + count <= NEAR_MAX
+    }
+
+    /// Names one more disc, for which there must be room.
+    pub fn push(&mut self, disc: u32) {
+        self.discs[self.count] = disc;
+        self.count += 1;
     }
 }
 
@@ -267,7 +292,11 @@ pub struct OneByOne;
 
 impl Unit for OneByOne {
     fn collect(numbers: &[u32], block: &Block, without: u32, near: &mut Near) {
-        near.count = 0;
+        near.clear();
+        Self::gather(numbers, block, without, near);
+    }
+
+    fn gather(numbers: &[u32], block: &Block, without: u32, near: &mut Near) {
         for row in block.rows() {
             for &disc in &numbers[row] {
                 near.discs[near.count] = disc;
@@ -276,10 +305,14 @@ impl Unit for OneByOne {
         }
     }
 
-    /// In three rounds, of which each keeps some without a branch: half of all come nearer, half of
-    /// these meet.
     fn earliest(sight: &Sight, block: &Block, disc: usize, near: &mut Near) -> Meeting {
         Self::collect(sight.numbers, block, disc as u32, near);
+        Self::earliest_gathered(sight, disc, near)
+    }
+
+    /// In three rounds, of which each keeps some without a branch: half of all come nearer, half of
+    /// these meet.
+    fn earliest_gathered(sight: &Sight, disc: usize, near: &mut Near) -> Meeting {
         let count = near.count;
         near.pairs.resize(count, Pair::default());
         let pairs = &mut near.pairs[..];

@@ -5,7 +5,8 @@
 //! cell; a calendar says whose is the next. A contact changes two discs, which are predicted again;
 //! what other discs expected of these two is not taken back but found out of date when its time
 //! comes: the partner then flies otherwise. (After Smallenburg,
-//! doi:10.1140/epje/s10189-022-00180-8, with cells instead of neighbour lists.)
+//! doi:10.1140/epje/s10189-022-00180-8, with cells instead of neighbour lists.) Where sizes differ
+//! so much that cells for the largest discs would be crowded, there are several [levels] of them.
 //!
 //! Flights are kept as they would have been at the start of the present epoch: to know where a disc
 //! is takes one product, and no time of its own. At the end of an epoch all are carried on to the
@@ -22,6 +23,7 @@ mod cells;
 mod contacts;
 mod edit;
 mod lanes;
+mod levels;
 mod pages;
 mod predict;
 mod together;
@@ -39,6 +41,7 @@ use crate::world::{Contact, Disc, DiscId, Owner, limits};
 use calendar::Calendar;
 use cells::{Border, Cells, Needs, Place};
 use lanes::{Near, Unit, Wrap};
+use levels::{Grids, Levels};
 
 pub use lanes::Lanes;
 
@@ -182,10 +185,14 @@ pub struct Events {
     /// Where a disc of an id is, once somebody asked.
     index: Option<HashMap<(Owner, DiscId), usize>>,
     cells: Cells,
+    /// Coarser cells, where sizes differ much.
+    levels: Levels,
     /// Whether discs came or went since the cells were made.
     outdated: bool,
     /// The largest diameter that the cells have room for, m.
     diameter: f64,
+    /// The largest diameter of those in the finest cells, m.
+    scale: f64,
     calendar: Calendar,
     /// For two discs that look at once.
     near: Box<[Near; 2]>,
@@ -239,14 +246,13 @@ impl Events {
     /// Whether this method has all that a scene needs: not gravity, extreme units, or a periodic
     /// box so small that a disc could meet two images of another.
     pub fn suits(laws: &Laws, discs: &[Disc]) -> bool {
-        let cells = || Cells::new(&needs(laws, discs));
-        let wide = laws.periodic.is_none() || cells().lines_min() >= 5;
+        let wide = laws.periodic.is_none() || grids(laws, discs).are_wide();
         laws.gravity.is_none() && !laws.extreme_units && wide
     }
 
     /// An arena at time 0, of a scene that [suits](Self::suits) the method.
     pub fn new(laws: Laws, discs: &[Disc]) -> Self {
-        let needs = needs(&laws, discs);
+        let Grids { cells, levels, diameter, needs } = grids(&laws, discs);
         let (day, days) = days(&needs, discs);
         let mut arena = Self {
             laws,
@@ -259,9 +265,11 @@ impl Events {
             last: if laws.contact_time > 0.0 { vec![LONG_AGO; discs.len()] } else { Vec::new() },
             guests: discs.iter().any(brings_energy),
             index: None,
-            cells: Cells::new(&needs),
+            cells,
+            levels,
             outdated: false,
-            diameter: needs.diameter,
+            diameter,
+            scale: needs.diameter,
             calendar: Calendar::new(day, days, discs.len()),
             near: Default::default(),
             reach: 0.0,
@@ -326,6 +334,11 @@ impl Events {
             Each::Same(radius) => excess / (2.0 * radius * radius),
             Each::Own(_) => excess,
         }
+    }
+
+    /// Levels of cells: more than one where sizes differ much.
+    pub fn levels(&self) -> usize {
+        1 + self.levels.coarser()
     }
 
     /// Contacts since the start, pairs and walls.
@@ -487,7 +500,7 @@ impl Events {
     /// this speed, m/s, comes so far that its start is known badly.
     fn restart_calendar(&mut self, day: f64, fastest: f64) {
         let days = days_of(self.flights.len());
-        let longest = FAR * self.diameter / (fastest * days as f64);
+        let longest = FAR * self.scale / (fastest * days as f64);
         let day = if day > longest { power_of_two_near(longest) } else { day };
         self.calendar.restart(day, days);
         self.fit_limits();
@@ -533,7 +546,7 @@ impl Events {
 
     /// Begins an epoch now if a disc of this speed, m/s, would have started too far away.
     fn bring_start_near(&mut self, speed: f64) {
-        if speed * self.now > FAR * self.diameter {
+        if speed * self.now > FAR * self.scale {
             self.carry_on(self.now);
             self.restart_calendar(self.calendar.day(), speed);
         }
@@ -586,6 +599,11 @@ fn days(needs: &Needs, discs: &[Disc]) -> (f64, usize) {
         speed * (needs.density * needs.diameter / (1.0 - fraction).powi(2) + needs.density.sqrt());
     let epoch = if rate > 0.0 && rate.is_finite() { EPOCH / rate } else { needs.diameter };
     (power_of_two_near(epoch / days as f64), days)
+}
+
+/// The cells that discs need as they lie.
+fn grids(laws: &Laws, discs: &[Disc]) -> Grids {
+    levels::grids(&needs(laws, discs), discs)
 }
 
 fn needs(laws: &Laws, discs: &[Disc]) -> Needs {

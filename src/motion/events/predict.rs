@@ -38,8 +38,10 @@ impl Events {
                 let shift = periodic.inside(position) - position;
                 (flight.x, flight.y) = (flight.x + shift.x, flight.y + shift.y);
             }
-            let place = self.cells.place(flight.at(self.now));
-            self.cells.add(place, k as u32);
+            let (level, at) = (self.levels.level(k), flight.at(self.now));
+            let cells = self.levels.grid_mut(&mut self.cells, level);
+            let place = cells.place(at);
+            cells.add(place, k as u32);
             let exit = f64::INFINITY;
             self.dues.push(Due { contact: exit, exit, partner: NOTHING, stamp: 0, place });
         }
@@ -57,8 +59,12 @@ impl Events {
     /// Predicts a disc again; `noted`: its time in the calendar.
     #[inline(always)]
     pub(super) fn predict_again<U: Unit>(&mut self, k: usize, noted: f64) {
-        let block = self.cells.around(self.dues[k].place);
-        self.predict::<U>(k, &block);
+        if self.levels.is_single() {
+            let block = self.cells.around(self.dues[k].place);
+            self.predict::<U>(k, &block);
+        } else {
+            self.predict_on_levels::<U>(k);
+        }
         let time = self.dues[k].time();
         if time != noted {
             self.calendar.insert(time, k);
@@ -68,6 +74,10 @@ impl Events {
     /// The same for two discs that just met; `noted`: the time of the second in the calendar.
     #[inline(always)]
     pub(super) fn predict_two_again<U: Unit>(&mut self, i: usize, j: usize, noted: f64) {
+        if !self.levels.is_single() {
+            self.predict_again::<U>(i, f64::NAN);
+            return self.predict_again::<U>(j, noted);
+        }
         let places = [i, j].map(|k| self.dues[k].place);
         let blocks = places.map(|place| self.cells.around(place));
         let outermost = places.map(|place| self.cells.is_outermost(place));
@@ -95,14 +105,15 @@ impl Events {
     /// Writes down what a disc is due for, if no wall comes before that.
     #[inline(always)]
     fn take(&mut self, k: usize, mut due: Due) {
-        self.consider_wall(k, &mut due);
-        due.exit = self.exit(k, due.place);
+        let outermost = self.cells.is_outermost(due.place);
+        self.consider_wall(k, &mut due, outermost);
+        due.exit = self.exit(self.exits(k, due.place));
         self.dues[k] = due;
     }
 
     /// What a disc is due for that meets somebody, or nobody.
     #[inline(always)]
-    fn due_for(&self, k: usize, meeting: Meeting, place: Place) -> Due {
+    pub(super) fn due_for(&self, k: usize, meeting: Meeting, place: Place) -> Due {
         let is_met = meeting.time < f64::INFINITY;
         let with = if is_met { meeting.with as usize } else { k };
         let met = meeting.with | if meeting.tie { TIE } else { 0 };
@@ -115,11 +126,11 @@ impl Events {
         }
     }
 
-    /// A wall may come before another disc.
+    /// A wall may come before another disc, if the cell is outermost.
     #[inline(always)]
-    fn consider_wall(&self, k: usize, due: &mut Due) {
+    pub(super) fn consider_wall(&self, k: usize, due: &mut Due, outermost: bool) {
         if self.laws.walls.is_some()
-            && self.cells.is_outermost(due.place)
+            && outermost
             && let Some((time, side)) = self.wall(k)
             && time < due.contact
         {
@@ -155,16 +166,35 @@ impl Events {
     /// The same, with a look at who the others are.
     #[cold]
     fn earliest_with_care(&self, of: usize, k: usize, place: Place, block: &Block) -> Meeting {
-        let sight = sight!(self, self.cells.is_outermost(place));
         let near = self.near[of].discs().iter().copied();
         let near: Vec<u32> = near.chain(self.cells.beyond(block)).collect();
+        self.earliest_of(k, &near, self.cells.is_outermost(place))
+    }
+
+    /// The earliest meeting by the rules with one of these discs.
+    fn earliest_of(&self, k: usize, near: &[u32], beyond_border: bool) -> Meeting {
+        let sight = sight!(self, beyond_border);
         let time = |&with: &u32| self.meeting(&sight, k, with as usize).unwrap_or(f64::INFINITY);
         let times: Vec<f64> = near.iter().map(time).collect();
-        Meeting::earliest(near.into_iter(), &times, sight.instant)
+        Meeting::earliest(near.iter().copied(), &times, sight.instant)
+    }
+
+    /// The earliest meeting of a disc with those gathered in `near`, wherever they are.
+    #[inline(always)]
+    pub(super) fn earliest_gathered<U: Unit>(&mut self, k: usize) -> Meeting {
+        let sight = sight!(self, true);
+        let meeting = U::earliest_gathered(&sight, k, &mut self.near[0]);
+        if meeting.time <= self.now || self.guests {
+            return self.earliest_of(k, self.near[0].discs(), true);
+        }
+        meeting
     }
 
     /// The discs around another.
     pub(super) fn discs_near<U: Unit>(&mut self, k: usize) -> Vec<usize> {
+        if !self.levels.is_single() {
+            return self.discs_on_levels_near::<U>(k);
+        }
         let block = self.cells.around(self.dues[k].place);
         U::collect(self.cells.numbers(), &block, k as u32, &mut self.near[0]);
         let near = self.near[0].discs().iter().copied().chain(self.cells.beyond(&block));
@@ -196,10 +226,9 @@ impl Events {
         approach(&a, &b).is_some_and(|(_, speed)| speed > rounding_speed(&a, &b))
     }
 
-    /// When a disc leaves its cell, s.
+    /// When a disc leaves its cell that reaches the edges then, s.
     #[inline(always)]
-    fn exit(&self, k: usize, place: Place) -> f64 {
-        let (x, y) = self.exits(k, place);
+    pub(super) fn exit(&self, (x, y): (f64, f64)) -> f64 {
         let exit = if y < x { y } else { x };
         if exit < self.now { self.now } else { exit }
     }
@@ -207,7 +236,12 @@ impl Events {
     /// The same for each axis, not bounded by the present.
     #[inline(always)]
     fn exits(&self, k: usize, place: Place) -> (f64, f64) {
-        let (low, high) = self.cells.edges(place);
+        self.exits_between(k, self.cells.edges(place))
+    }
+
+    /// When a disc leaves the region between edges, for each axis, s.
+    #[inline(always)]
+    pub(super) fn exits_between(&self, k: usize, (low, high): (DVec2, DVec2)) -> (f64, f64) {
         let flight = &self.flights[k];
         (until(flight.x, flight.vx, low.x, high.x), until(flight.y, flight.vy, low.y, high.y))
     }
@@ -223,6 +257,9 @@ impl Events {
     /// A disc that leaves its cell goes over to the next one.
     #[inline(always)]
     pub(super) fn change_cell<U: Unit>(&mut self, k: usize, due: Due) {
+        if !self.levels.is_single() {
+            return self.change_cell_on_level::<U>(k, due);
+        }
         let (along_x, up) = self.way_out(k, due.place);
         let flight = &mut self.flights[k];
         let Some((place, shift)) = self.cells.neighbour(due.place, along_x, up) else {
@@ -247,6 +284,13 @@ impl Events {
     #[inline(never)]
     fn predict_ahead<U: Unit>(&mut self, k: usize, mut due: Due, ahead: &Block) {
         let meeting = self.earliest_meeting::<U>(k, due.place, ahead);
+        due = self.sooner(k, due, meeting);
+        self.take(k, due);
+    }
+
+    /// What was known, or what was found beside it if that comes first.
+    #[inline(always)]
+    pub(super) fn sooner(&self, k: usize, mut due: Due, meeting: Meeting) -> Due {
         let instant = self.same_instant;
         if meeting.time < due.contact {
             let tie = meeting.tie || due.contact <= meeting.time + instant;
@@ -254,7 +298,7 @@ impl Events {
         } else if meeting.time <= due.contact + instant && due.partner < WALL {
             due.partner |= TIE;
         }
-        self.take(k, due);
+        due
     }
 
     /// The next wall that a disc reaches.

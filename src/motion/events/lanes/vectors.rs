@@ -19,6 +19,25 @@ impl Unit for Four {
     }
 
     #[inline(always)]
+    fn gather(numbers: &[u32], block: &Block, without: u32, near: &mut Near) {
+        // SAFETY: reached only through the functions below.
+        unsafe { collect_rows::<0>(numbers, block, without, near, near.count) };
+    }
+
+    #[inline(always)]
+    fn earliest_gathered(sight: &Sight, disc: usize, near: &mut Near) -> Meeting {
+        // SAFETY: reached only through the functions below.
+        unsafe {
+            match (sight.wrap, sight.radii.is_empty()) {
+                (None, true) => earliest_gathered::<false, true>(sight, disc, near),
+                (None, false) => earliest_gathered::<false, false>(sight, disc, near),
+                (Some(_), true) => earliest_gathered::<true, true>(sight, disc, near),
+                (Some(_), false) => earliest_gathered::<true, false>(sight, disc, near),
+            }
+        }
+    }
+
+    #[inline(always)]
     fn earliest(sight: &Sight, block: &Block, disc: usize, near: &mut Near) -> Meeting {
         // SAFETY: reached only through the functions below.
         unsafe {
@@ -187,12 +206,13 @@ struct Kept {
 #[inline]
 fn collect(numbers: &[u32], block: &Block, without: u32, near: &mut Near) -> u32 {
     match block.width {
-        12 => collect_rows::<3>(numbers, block, without, near),
-        _ => collect_rows::<0>(numbers, block, without, near),
+        12 => collect_rows::<3>(numbers, block, without, near, 0),
+        _ => collect_rows::<0>(numbers, block, without, near, 0),
     }
 }
 
-/// The same where a row is so many fours wide, or any number of them (0).
+/// The same where a row is so many fours wide, or any number of them (0); behind so many discs that
+/// were named before.
 #[target_feature(enable = "avx2,fma,popcnt,bmi1")]
 #[inline]
 fn collect_rows<const FOURS: usize>(
@@ -200,12 +220,14 @@ fn collect_rows<const FOURS: usize>(
     block: &Block,
     without: u32,
     near: &mut Near,
+    before: usize,
 ) -> u32 {
     let fours = if FOURS == 0 { block.width / 4 } else { FOURS };
-    assert!(block.end() <= numbers.len() && block.count() <= NEAR_MAX);
+    assert!(block.end() <= numbers.len() && block.count() <= BLOCK_MAX);
+    assert!(before + block.count() <= NEAR_MAX);
     let without = _mm_set1_epi32(without as i32);
     let mut largest = _mm_setzero_si128();
-    let (mut start, mut count) = (block.start, 0);
+    let (mut start, mut count) = (block.start, before);
     for _ in 0..block.rows {
         for four in 0..fours {
             // SAFETY: the block ends before the numbers do, and there is room for all of it.
@@ -296,6 +318,19 @@ fn earliest<const WRAP: bool, const EQUAL: bool>(
     near: &mut Near,
 ) -> Meeting {
     let largest = collect(sight.numbers, block, disc as u32, near);
+    let groups = near.count.div_ceil(4);
+    let best = note_times::<WRAP, EQUAL>(sight, disc, near, largest, groups);
+    choose(best, near, groups, sight.instant)
+}
+
+#[target_feature(enable = "avx2,fma,popcnt,bmi1")]
+#[inline]
+fn earliest_gathered<const WRAP: bool, const EQUAL: bool>(
+    sight: &Sight,
+    disc: usize,
+    near: &mut Near,
+) -> Meeting {
+    let largest = near.discs().iter().copied().max().unwrap_or(0);
     let groups = near.count.div_ceil(4);
     let best = note_times::<WRAP, EQUAL>(sight, disc, near, largest, groups);
     choose(best, near, groups, sight.instant)
