@@ -3,16 +3,15 @@
 //! Every pair is seen by one of the two before it can meet. Among discs of one level that is so as
 //! with one level only. Of a small and a large disc the one that looked last saw the other:
 //!
-//! - A small disc looks whenever it changes its velocity or its cell, at the coarser cells whose
-//!   discs can come within the largest sum of radii of its own cell ([`Cells::reaches`]); a large
-//!   one looks when it changes its cell. So the small one saw the large one as it flies now.
-//! - A large disc looks whenever it changes its velocity or its cell, or has come as far as its
-//!   stay from where it looked. Until it looks again it is within its stay of there, and a small
-//!   one that does not look before they meet is in the cell in which it is now. So at contact that
-//!   cell holds a point in the ring from radius - stay to both radii + stay: those cells are seen.
+//! - A large disc is written into all finer cells whose discs it can meet while it stays within a
+//!   small square around where it was then: at contact such a cell holds a point in the ring from
+//!   its radius to both radii, stay and margin included. When it leaves the square or its cell it
+//!   is written anew; then and when it changes its velocity, it looks into those cells.
+//! - A small disc looks whenever it changes its velocity or its cell at who is written into that.
+//!   So what is not seen by the small one looks later itself.
 //!
 //! What lies deep in a large disc is in no ring: until a look at all of it finds nothing there,
-//! it looks at all of it. In exact motion nothing comes in but through the ring, and is met there.
+//! it is written into all of it. In exact motion nothing comes in but through the ring, and is met there.
 //!
 //! Where a periodic box has no room for five cells of a level, that one and all beyond have one
 //! cell, which nobody leaves: between two looks, discs then move far less than half the box.
@@ -38,14 +37,11 @@ const FACTOR: f64 = 2.5;
 /// Least width of a coarser cell, and its margin, in diameters.
 const COARSER: (f64, f64) = (1.25, 0.1);
 
-/// How far a large disc goes between two looks at finer cells, in their widths.
+/// How far a large disc goes from where it was written into finer cells, in widths of the finest.
 const STAY: f64 = 0.5;
 
 /// Discs that a cell has room for.
 const ROOM: usize = 8;
-
-/// For columns and for rows of one level: those of another in reach, first and last.
-type Reaches = [Vec<(u16, u16)>; 2];
 
 /// What lies beyond the finest cells.
 #[derive(Clone, Debug, Default)]
@@ -57,13 +53,22 @@ pub struct Levels {
     of: Vec<u8>,
     /// By disc: whether nothing lies deep in it.
     hollow: Vec<bool>,
-    /// By level: what it reaches of the next coarser, and so on.
-    reaches: Vec<Vec<Reaches>>,
-    /// How far a large disc goes between two looks, m.
+    /// By level: the coarser discs that may be met in each cell.
+    rims: Vec<Cells>,
+    /// By disc: where it is written into rims.
+    rings: Vec<Option<Box<Ring>>>,
+    /// How far a large disc goes along each axis from where it was written down, m.
     stay: f64,
     /// Whether the last level is one cell of a periodic box.
     boundless: bool,
     /// To be looked at: kept for its memory.
+    blocks: Vec<(usize, Block)>,
+}
+
+/// Where a large disc was when it was written into finer cells, and into which.
+#[derive(Clone, Debug)]
+struct Ring {
+    centre: DVec2,
     blocks: Vec<(usize, Block)>,
 }
 
@@ -112,7 +117,9 @@ fn on_levels(needs: &Needs, discs: &[Disc], share: f64) -> Option<Grids> {
     }
     levels.of = discs.iter().map(|disc| levels.fitting(disc.radius)).collect();
     levels.hollow = vec![false; discs.len()];
-    levels.note_reaches(&cells);
+    levels.rings = vec![None; discs.len()];
+    let celled = levels.coarser.len();
+    levels.rims = (0..celled).map(|level| levels.grid(&cells, level).empty()).collect();
     Some(Grids { cells, levels, diameter: needs.diameter, needs: finest })
 }
 
@@ -161,9 +168,11 @@ impl Levels {
         self.of.get(disc).map_or(0, |&level| usize::from(level))
     }
 
-    /// The cells of a level.
+    /// The cells of a level; beyond the last, the rims of the first and so on.
     pub fn grid<'a>(&'a self, finest: &'a Cells, level: usize) -> &'a Cells {
-        if level == 0 { finest } else { &self.coarser[level - 1] }
+        let Some(above) = level.checked_sub(1) else { return finest };
+        let beyond = above.checked_sub(self.coarser.len());
+        beyond.map_or_else(|| &self.coarser[above], |level| &self.rims[level])
     }
 
     /// The cells of a level, to be changed.
@@ -214,17 +223,31 @@ impl Levels {
         finest.lines_min() >= 5 && first + second + 2.0 * self.stay < half && (0..celled).all(clear)
     }
 
-    /// Notes which coarser cells each cell reaches.
-    fn note_reaches(&mut self, finest: &Cells) {
-        let count = self.radii.len();
-        let of = |fine: usize| -> Vec<Reaches> {
-            let reaches = |coarse: usize| {
-                let reach = (self.radii[fine] + self.radii[coarse]) * (1.0 + 1e-9);
-                self.grid(finest, fine).reaches(self.grid(finest, coarse), reach)
-            };
-            (fine + 1..count).map(reaches).collect()
-        };
-        self.reaches = (0..count).map(of).collect();
+    /// Takes a large disc out of the rims.
+    fn erase(&mut self, disc: usize) {
+        for (level, block) in self.rings[disc].take().into_iter().flat_map(|ring| ring.blocks) {
+            self.rims[level].remove_from(&block, disc as u32);
+        }
+    }
+
+    /// Writes a large disc of a level into the rims.
+    fn write(&mut self, finest: &Cells, disc: usize, centre: DVec2, radius: f64) {
+        self.erase(disc);
+        let mut blocks = Vec::new();
+        // The corners of the square are farther than its sides.
+        let stay = 1.5 * self.stay;
+        for finer in 0..self.level(disc) {
+            let inner = if self.hollow[disc] { (radius - stay).max(0.0) } else { 0.0 };
+            let outer = radius + self.radii[finer] + stay;
+            let cells = self.grid(finest, finer);
+            cells.for_each_in_ring(centre, (inner, outer), &mut |block| {
+                blocks.push((finer, block));
+            });
+        }
+        for (level, block) in &blocks {
+            self.rims[*level].add_to(block, disc as u32);
+        }
+        self.rings[disc] = Some(Box::new(Ring { centre, blocks }));
     }
 }
 
@@ -248,6 +271,9 @@ impl Events {
     #[inline(never)]
     pub(super) fn predict_on_levels<U: Unit>(&mut self, k: usize) {
         let (level, place) = (self.levels.level(k), self.dues[k].place);
+        if level > 0 && self.levels.rings[k].is_none() {
+            self.write(k);
+        }
         let mut blocks = std::mem::take(&mut self.levels.blocks);
         self.list_blocks(k, &mut blocks);
         let is_searched = level > 0 && !self.levels.hollow[k];
@@ -257,8 +283,9 @@ impl Events {
             found = earlier(found, meeting, arena.same_instant);
             filled |= is_searched && arena.is_filled(k);
         });
-        if is_searched {
-            self.levels.hollow[k] = !filled;
+        if is_searched && !filled {
+            self.levels.hollow[k] = true;
+            self.write(k);
         }
         self.levels.blocks = blocks;
         self.take_on_level(k, self.due_for(k, found, place));
@@ -271,9 +298,9 @@ impl Events {
         let outermost = cells.is_outermost(due.place);
         self.consider_wall(k, &mut due, outermost);
         due.exit = self.exit(self.exits_between(k, cells.edges(due.place)));
-        if level > 0 {
-            let speed = self.flights[k].velocity().length();
-            due.exit = due.exit.min(self.now + self.levels.stay / speed);
+        if let Some(ring) = &self.levels.rings[k] {
+            let (low, high) = (ring.centre - self.levels.stay, ring.centre + self.levels.stay);
+            due.exit = due.exit.min(self.exit(self.exits_between(k, (low, high))));
         }
         self.dues[k] = due;
     }
@@ -285,25 +312,22 @@ impl Events {
         let cells = self.levels.grid(&self.cells, level);
         blocks.push((level, cells.around(self.dues[k].place)));
         self.list_coarser(k, blocks);
-        let (radius, stay) = (self.radii.get(k), self.levels.stay);
-        let centre = self.flights[k].at(self.now);
-        for finer in 0..level {
-            let inner = if self.levels.hollow[k] { (radius - stay).max(0.0) } else { 0.0 };
-            let outer = radius + self.levels.radii[finer] + stay;
-            let cells = self.levels.grid(&self.cells, finer);
-            cells.for_each_in_ring(centre, (inner, outer), &mut |block| {
-                blocks.push((finer, block));
-            });
+        if let Some(ring) = &self.levels.rings[k] {
+            blocks.extend_from_slice(&ring.blocks);
         }
     }
 
     fn list_coarser(&self, k: usize, blocks: &mut Vec<(usize, Block)>) {
-        let (level, place) = (self.levels.level(k), self.dues[k].place);
-        let (column, row) = (usize::from(place.column) - 1, usize::from(place.row) - 1);
-        for (coarser, [columns, rows]) in (level + 1..).zip(&self.levels.reaches[level]) {
-            let cells = self.levels.grid(&self.cells, coarser);
-            blocks.push((coarser, cells.block(columns[column], rows[row])));
+        let level = self.levels.level(k);
+        if let Some(rims) = self.levels.rims.get(level) {
+            blocks.push((level + 1 + self.levels.coarser.len(), rims.only(self.dues[k].place)));
         }
+    }
+
+    /// Writes a large disc into finer cells where it is now.
+    fn write(&mut self, k: usize) {
+        let (centre, radius) = (self.flights[k].at(self.now), self.radii.get(k));
+        self.levels.write(&self.cells, k, centre, radius);
     }
 
     /// Gathers who is in the blocks, but for one disc, and calls when all are or there is no room
@@ -354,17 +378,16 @@ impl Events {
         if self.levels.is_single() {
             return;
         }
+        self.levels.erase(k);
         self.levels.hollow[k] = false;
-        let mut blocks = Vec::new();
-        self.list_coarser(k, &mut blocks);
-        for (level, block) in blocks {
-            let cells = self.levels.grid(&self.cells, level);
-            let held = block.rows().flat_map(|row| &cells.numbers()[row]).copied();
-            let larger: Vec<u32> = held.chain(cells.beyond(&block)).collect();
-            for larger in larger.into_iter().map(|larger| larger as usize) {
-                if larger < self.flights.len() && self.is_deep_in(k, larger) {
-                    self.levels.hollow[larger] = false;
-                }
+        let level = self.levels.level(k);
+        for larger in 0..self.flights.len() {
+            if self.levels.level(larger) > level
+                && self.levels.hollow[larger]
+                && self.is_deep_in(k, larger)
+            {
+                self.levels.hollow[larger] = false;
+                self.write(larger);
             }
         }
     }
@@ -386,6 +409,9 @@ impl Events {
         let cells = self.levels.grid_mut(&mut self.cells, level);
         let edges = cells.edges(due.place);
         let (x, y) = self.exits_between(k, edges);
+        if level > 0 {
+            self.levels.erase(k);
+        }
         if level > 0 && x.min(y) > due.exit {
             self.come_into_box(k, level);
             return U::renew(self, k, f64::NAN);

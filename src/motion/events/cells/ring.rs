@@ -1,10 +1,10 @@
-//! Parts of a grid seen from a disc of another size: a ring around it, or the cells in its reach.
+//! Parts of a grid seen from a disc of a coarser one: a ring around it.
 //!
 //! Lines are counted from 0 here, and in a periodic box on beyond its border.
 
 use glam::DVec2;
 
-use super::{Block, Border, Cells, Edges, Place};
+use super::{Block, Border, Cells, Place};
 
 /// By how much a line reaches over its edges for rounding, in widths.
 const SLACK: f64 = 1e-9;
@@ -95,28 +95,24 @@ impl Cells {
         }
     }
 
-    /// For all columns and all rows of these cells, those of coarser cells whose discs may come
-    /// within `reach` (m) of theirs; the rim counts as 0, as for a [`Place`].
-    pub fn reaches(&self, coarser: &Cells, reach: f64) -> [Vec<(u16, u16)>; 2] {
-        let of = |axis: usize, edges: &[Edges]| {
-            let lines = edges[1..edges.len() - 1].iter();
-            let within = lines.map(|edges| {
-                let (first, last) =
-                    coarser.lines_between(axis, edges.low - reach, edges.high + reach);
-                ((first + 1) as u16, (last + 1) as u16)
-            });
-            within.collect()
-        };
-        [of(0, &self.column_edges), of(1, &self.row_edges)]
+    /// One cell.
+    pub fn only(&self, place: Place) -> Block {
+        Block { start: self.start(place), stride: 0, width: self.size, rows: 1 }
     }
 
-    /// The block of these columns and rows.
-    pub fn block(&self, columns: (u16, u16), rows: (u16, u16)) -> Block {
-        Block {
-            start: self.start(Place { column: columns.0, row: rows.0 }),
-            stride: self.row_stride(),
-            width: usize::from(columns.1 - columns.0 + 1) * self.size,
-            rows: usize::from(rows.1 - rows.0 + 1),
+    /// Puts a disc into all cells of a block.
+    pub fn add_to(&mut self, block: &Block, disc: u32) {
+        let size = self.size;
+        for start in block.rows().flat_map(move |row| row.step_by(size)) {
+            self.add_at(start, disc);
+        }
+    }
+
+    /// Takes a disc out of all cells of a block.
+    pub fn remove_from(&mut self, block: &Block, disc: u32) {
+        let size = self.size;
+        for start in block.rows().flat_map(move |row| row.step_by(size)) {
+            self.remove_at(start, disc);
         }
     }
 }
