@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use glam::DVec2;
 
-use super::{Cells, Each, Events, Flight, LONG_AGO, TIE, brings_energy, needs};
+use super::{Cells, Each, Events, Flight, LONG_AGO, brings_energy, needs};
 use crate::world::{Disc, DiscId, Owner};
 
 impl Events {
@@ -13,7 +13,8 @@ impl Events {
         let Some(k) = self.find(Owner::Simulated, id) else { return };
         let before = self.disc(k).kinetic_energy();
         self.bring_start_near(velocity.length());
-        self.flights[k].turn(self.now, velocity);
+        self.book_fall(k);
+        self.turn(k, velocity);
         self.energy.book(self.disc(k).kinetic_energy() - before);
         self.guests |= brings_energy(&self.disc(k));
         if !self.outdated {
@@ -33,8 +34,7 @@ impl Events {
         self.dues[k].place = self.cells.place(self.flights[k].at(self.now));
         self.cells.add(self.dues[k].place, k as u32);
         // Who expects to meet it may not notice that it is elsewhere.
-        let met = self.dues.iter_mut().filter(|due| (due.partner & !TIE) as usize == k);
-        met.for_each(|due| due.stamp = !due.stamp);
+        self.expect_otherwise(k);
         self.lanes.renew_all(self, &[k]);
     }
 
@@ -98,6 +98,8 @@ impl Events {
         let start = disc.position - disc.velocity * self.now;
         let DVec2 { x: vx, y: vy } = disc.velocity;
         self.flights.push(Flight { x: start.x, y: start.y, vx, vy });
+        let owner = self.owners[self.flights.len() - 1];
+        self.fall.iter_mut().for_each(|fall| fall.push(&self.laws, disc, owner));
     }
 
     /// Takes observed discs out.
@@ -111,6 +113,7 @@ impl Events {
             self.owners.swap_remove(k);
             self.radii.swap_remove(k);
             self.masses.swap_remove(k);
+            self.fall.iter_mut().for_each(|fall| fall.swap_remove(k));
             if !self.last.is_empty() {
                 self.last.swap_remove(k);
             }

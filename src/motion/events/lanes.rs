@@ -197,6 +197,11 @@ impl Near {
     pub fn discs(&self) -> &[u32] {
         &self.discs[..self.count]
     }
+
+    /// When each of them is met, s, once that was looked for; infinite = never.
+    pub fn times(&self) -> &[f64] {
+        &self.times[..self.count]
+    }
 }
 
 /// What the processor of this machine can do, to be chosen from.

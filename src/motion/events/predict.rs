@@ -32,13 +32,14 @@ impl Events {
     /// Makes new cells, and predicts all.
     pub(super) fn renew_grid(&mut self) {
         self.dues.clear();
-        for (k, flight) in self.flights.iter_mut().enumerate() {
+        for k in 0..self.flights.len() {
             if let Some(periodic) = self.laws.periodic {
+                let flight = &mut self.flights[k];
                 let position = flight.at(self.now);
                 let shift = periodic.inside(position) - position;
                 (flight.x, flight.y) = (flight.x + shift.x, flight.y + shift.y);
             }
-            let place = self.cells.place(flight.at(self.now));
+            let place = self.cells.place(self.position(k));
             self.cells.add(place, k as u32);
             let exit = f64::INFINITY;
             self.dues.push(Due { contact: exit, exit, partner: NOTHING, stamp: 0, place });
@@ -149,6 +150,9 @@ impl Events {
         if meeting.time <= self.now || self.guests || self.cells.is_spilled() {
             return self.earliest_with_care(of, k, place, block);
         }
+        if self.fall.is_some() {
+            return self.among_odd(of, k, meeting);
+        }
         meeting
     }
 
@@ -176,6 +180,9 @@ impl Events {
         if k == with || !self.can_collide(k, with) {
             return None;
         }
+        if let Some(pull) = self.pull_between(k, with) {
+            return self.falling_meeting(k, with, pull, f64::INFINITY);
+        }
         let time = lanes::meeting(sight, k, with)?;
         (time > self.now || self.approaches_beyond_rounding(k, with)).then_some(time)
     }
@@ -191,7 +198,7 @@ impl Events {
         ours && (self.masses.get(k).is_finite() || self.masses.get(l).is_finite())
     }
 
-    fn approaches_beyond_rounding(&self, k: usize, l: usize) -> bool {
+    pub(super) fn approaches_beyond_rounding(&self, k: usize, l: usize) -> bool {
         let (a, b) = self.pair(k, l);
         approach(&a, &b).is_some_and(|(_, speed)| speed > rounding_speed(&a, &b))
     }
@@ -199,6 +206,9 @@ impl Events {
     /// When a disc leaves its cell, s.
     #[inline(always)]
     fn exit(&self, k: usize, place: Place) -> f64 {
+        if let Some(fall) = &self.fall {
+            return self.falling_exit(fall, k, place).time;
+        }
         let (x, y) = self.exits(k, place);
         let exit = if y < x { y } else { x };
         if exit < self.now { self.now } else { exit }
@@ -215,14 +225,23 @@ impl Events {
     /// A disc that leaves its cell goes over to the next one.
     #[inline(always)]
     pub(super) fn change_cell<U: Unit>(&mut self, k: usize, due: Due) {
-        let (x, y) = self.exits(k, due.place);
-        let along_x = x <= y;
-        let flight = &mut self.flights[k];
-        let up = if along_x { flight.vx > 0.0 } else { flight.vy > 0.0 };
+        let (along_x, up) = if let Some(fall) = &self.fall {
+            let exit = self.falling_exit(fall, k, due.place);
+            // By rounding it is not there yet, or turns round just before.
+            if exit.time > self.now + self.same_instant {
+                return U::renew(self, k, f64::NAN);
+            }
+            (exit.along_x, exit.up)
+        } else {
+            let (x, y) = self.exits(k, due.place);
+            let flight = &self.flights[k];
+            (x <= y, if x <= y { flight.vx > 0.0 } else { flight.vy > 0.0 })
+        };
         let Some((place, shift)) = self.cells.neighbour(due.place, along_x, up) else {
             return self.renew_all_cells();
         };
         if shift != DVec2::ZERO {
+            let flight = &mut self.flights[k];
             (flight.x, flight.y) = (flight.x + shift.x, flight.y + shift.y);
         }
         self.cells.remove(due.place, k as u32);
@@ -255,6 +274,9 @@ impl Events {
     #[inline]
     fn wall(&self, k: usize) -> Option<(f64, u32)> {
         let walls = self.laws.walls.filter(|_| self.owners[k] == Owner::Simulated)?;
+        if let Some(fall) = &self.fall {
+            return self.falling_wall(fall, k);
+        }
         let (flight, radius) = (&self.flights[k], self.radii.get(k));
         let (min, max) = (walls.min + radius, walls.max - radius);
         let x = until(flight.x, flight.vx, min.x, max.x);
@@ -267,7 +289,7 @@ impl Events {
 
 /// When `x + v t` reaches the bound ahead; infinite without velocity.
 #[inline(always)]
-fn until(x: f64, v: f64, low: f64, high: f64) -> f64 {
+pub(super) fn until(x: f64, v: f64, low: f64, high: f64) -> f64 {
     let bound = if v > 0.0 { high } else { low };
     if v == 0.0 { f64::INFINITY } else { (bound - x) / v }
 }
