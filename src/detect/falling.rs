@@ -34,7 +34,7 @@ pub fn falling_wall_impact(disc: &Disc, acceleration: DVec2, walls: &Walls) -> O
 
 /// First time at which a distance `left`, that shrinks with `speed` and ever faster by `pull`, is
 /// used up.
-fn time_to_fall(left: f64, speed: f64, pull: f64) -> Option<f64> {
+pub fn time_to_fall(left: f64, speed: f64, pull: f64) -> Option<f64> {
     if left <= 0.0 {
         if speed > 0.0 {
             return Some(0.0);

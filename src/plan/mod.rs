@@ -141,10 +141,10 @@ impl Plan {
         let laws = self.laws(settings);
         let lacks = match method {
             Method::Events if !Events::suits(&laws, pucks) => {
-                Some("gravity, extreme units and periodic boxes of less than five diameters")
+                Some("extreme units and periodic boxes of less than five diameters")
             }
             Method::Ticks | Method::Steps | Method::Springs if laws.gravity.is_some() => {
-                Some("gravity; take plain")
+                Some("gravity; take events or plain")
             }
             Method::Ticks | Method::Steps | Method::Springs if laws.drag != 0.0 => {
                 Some("drag; take events or plain")

@@ -8,7 +8,7 @@ pub const CIRCLES_PER_MESSAGE: usize = 200_000;
 /// Most observed circles held at once, over all publishers.
 pub const OBSERVED_CIRCLES: usize = 200_000;
 
-/// Most pucks in a scene: under gravity an arena looks at all of them at each collision.
+/// Most pucks in a scene: the plain method looks at all of them at each collision.
 pub const PUCKS_PER_SCENE: usize = 20_000;
 
 /// Largest coordinate, speed, radius and finite mass accepted, in SI units; squares and products

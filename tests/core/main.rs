@@ -6,6 +6,7 @@ mod drag;
 mod events;
 mod exact;
 mod gravity;
+mod gravity_events;
 mod house;
 mod invariance;
 mod messages;

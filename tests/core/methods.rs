@@ -138,11 +138,17 @@ fn scenes_name_their_method() {
         ("tick_s: .inf", "1:9: tick_s = inf, must be above 0"),
         ("stiffness: -1", "1:12: stiffness = -1, must be above 0"),
         ("damping: -1", "1:10: damping = -1, must be 0 or more"),
-        ("method: steps\ngravity: [0, -1]", "1:9: method steps does not do gravity; take plain"),
-        ("method: ticks\ngravity: [0, -1]", "1:9: method ticks does not do gravity; take plain"),
         (
-            "method: events\ngravity: [0, -1]",
-            "1:9: method events does not do gravity, extreme units \
+            "method: steps\ngravity: [0, -1]",
+            "1:9: method steps does not do gravity; take events or plain",
+        ),
+        (
+            "method: ticks\ngravity: [0, -1]",
+            "1:9: method ticks does not do gravity; take events or plain",
+        ),
+        (
+            "method: events\nperiodic: {x: [0, 3], y: [0, 3]}",
+            "1:9: method events does not do extreme units \
           and periodic boxes of less than five diameters",
         ),
         (

@@ -59,7 +59,10 @@ impl Events {
     #[inline(always)]
     pub(super) fn offset(&self, i: usize, j: usize) -> DVec2 {
         let (a, b) = (&self.flights[i], &self.flights[j]);
-        let d = (b.start() - a.start()) + (b.velocity() - a.velocity()) * self.now;
+        let mut d = (b.start() - a.start()) + (b.velocity() - a.velocity()) * self.now;
+        if let Some(pull) = self.pull_between(i, j) {
+            d += pull * (0.5 * self.now * self.now);
+        }
         self.wrap.map_or(d, |wrap| wrap.nearest(d))
     }
 
@@ -79,7 +82,12 @@ impl Events {
     #[inline(always)]
     pub(super) fn collide<U: Unit>(&mut self, i: usize, j: usize, witness: &mut impl Witness) {
         let d = self.offset(i, j);
-        let velocities = (self.flights[i].velocity(), self.flights[j].velocity());
+        // Of two that fall alike without what both have gained.
+        let velocities = if self.pull_between(i, j).is_some() {
+            (self.velocity(i), self.velocity(j))
+        } else {
+            (self.flights[i].velocity(), self.flights[j].velocity())
+        };
         let restitution = self.restitution(self.laws.restitution, &[i, j]);
         let share = MassFractions::of(self.masses.get(i), self.masses.get(j));
         let exchange = exchange(d, velocities, restitution, &share);
@@ -99,6 +107,10 @@ impl Events {
         witness.see(|| self.record(i, j, d, &exchange, restitution));
         U::deflect(&mut self.flights[i], self.now, exchange.by_a);
         U::deflect(&mut self.flights[j], self.now, exchange.by_b);
+        if self.fall.is_some() {
+            self.settle(i);
+            self.settle(j);
+        }
         self.note_contacts(&[i, j], 1);
         let noted = self.dues[j].time();
         U::renew_two(self, i, j, noted);
@@ -164,6 +176,10 @@ impl Events {
     /// Books what a contact does to the energy of simulated discs, before velocities change.
     #[inline]
     fn book(&mut self, i: usize, j: usize, exchange: &Exchange, restitution: f64) {
+        if self.fall.is_some() {
+            self.book_fall(i);
+            self.book_fall(j);
+        }
         if !self.guests || (self.closes_energy(i) && self.closes_energy(j)) {
             let squared_speed = exchange.along * exchange.along / exchange.square;
             let loss = loss(self.reduced_mass(i, j), restitution, squared_speed);
@@ -171,7 +187,7 @@ impl Events {
         }
         for (k, by) in [(i, exchange.by_a), (j, exchange.by_b)] {
             if self.closes_energy(k) {
-                let mean_velocity = self.flights[k].velocity() + 0.5 * by;
+                let mean_velocity = self.velocity(k) + 0.5 * by;
                 self.energy.book(self.masses.get(k) * by.dot(mean_velocity));
             }
         }
@@ -179,6 +195,9 @@ impl Events {
 
     #[inline(never)]
     fn bounce_off<U: Unit>(&mut self, k: usize, side: Side, witness: &mut impl Witness) {
+        if self.fall.is_some() {
+            return self.land::<U>(k, side, witness);
+        }
         let Some(walls) = self.laws.walls else { return };
         let disc = self.disc(k);
         let restitution = self.restitution(walls.restitution, &[k]);

@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use glam::DVec2;
 
 use super::levels::Grids;
-use super::{Each, Events, Flight, LONG_AGO, TIE, brings_energy, grids};
+use super::{Each, Events, Flight, LONG_AGO, brings_energy, grids};
 use crate::world::{Disc, DiscId, Owner};
 
 impl Events {
@@ -14,7 +14,8 @@ impl Events {
         let Some(k) = self.find(Owner::Simulated, id) else { return };
         let before = self.disc(k).kinetic_energy();
         self.bring_start_near(velocity.length());
-        self.flights[k].turn(self.now, velocity);
+        self.book_fall(k);
+        self.turn(k, velocity);
         self.energy.book(self.disc(k).kinetic_energy() - before);
         self.guests |= brings_energy(&self.disc(k));
         if !self.outdated {
@@ -37,8 +38,7 @@ impl Events {
         cells.add(self.dues[k].place, k as u32);
         self.note_jump(k);
         // Who expects to meet it may not notice that it is elsewhere.
-        let met = self.dues.iter_mut().filter(|due| (due.partner & !TIE) as usize == k);
-        met.for_each(|due| due.stamp = !due.stamp);
+        self.expect_otherwise(k);
         self.lanes.renew_all(self, &[k]);
     }
 
@@ -102,6 +102,8 @@ impl Events {
         let start = disc.position - disc.velocity * self.now;
         let DVec2 { x: vx, y: vy } = disc.velocity;
         self.flights.push(Flight { x: start.x, y: start.y, vx, vy });
+        let owner = self.owners[self.flights.len() - 1];
+        self.fall.iter_mut().for_each(|fall| fall.push(&self.laws, disc, owner));
     }
 
     /// Takes observed discs out.
@@ -115,6 +117,7 @@ impl Events {
             self.owners.swap_remove(k);
             self.radii.swap_remove(k);
             self.masses.swap_remove(k);
+            self.fall.iter_mut().for_each(|fall| fall.swap_remove(k));
             if !self.last.is_empty() {
                 self.last.swap_remove(k);
             }

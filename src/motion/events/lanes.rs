@@ -79,9 +79,9 @@ pub const NOBODY: Meeting = Meeting { time: f64::INFINITY, with: u32::MAX, tie: 
 
 impl Meeting {
     /// The earliest of the meetings with the discs `near`, at `times`; of equals the first.
-    pub fn earliest(near: impl Iterator<Item = u32>, times: &[f64], instant: f64) -> Self {
+    pub fn earliest(near: &[u32], times: &[f64], instant: f64) -> Self {
         let mut found = NOBODY;
-        for (with, &time) in near.zip(times) {
+        for (&with, &time) in near.iter().zip(times) {
             if time < found.time {
                 (found.time, found.with) = (time, with);
             }
@@ -224,6 +224,11 @@ impl Near {
         self.discs[self.count] = disc;
         self.count += 1;
     }
+
+    /// When each of them is met, s, once that was looked for; infinite = never.
+    pub fn times(&self) -> &[f64] {
+        &self.times[..self.count]
+    }
 }
 
 /// What the processor of this machine can do, to be chosen from.
@@ -317,8 +322,8 @@ impl Unit for OneByOne {
         near.pairs.resize(count, Pair::default());
         let pairs = &mut near.pairs[..];
         let mut nearing = 0;
-        for &with in &near.discs[..count] {
-            let pair = Pair::of(sight, disc, with);
+        for (place, &with) in near.discs[..count].iter().enumerate() {
+            let pair = Pair { place, ..Pair::of(sight, disc, with) };
             pairs[nearing] = pair;
             nearing += usize::from(pair.b < 0.0);
         }
@@ -328,9 +333,10 @@ impl Unit for OneByOne {
             pairs[meeting] = pair;
             meeting += usize::from(pair.root >= 0.0);
         }
-        let times = &mut near.times[..meeting];
-        times.iter_mut().zip(&*pairs).for_each(|(time, pair)| *time = pair.time(sight.now));
-        Meeting::earliest(pairs[..meeting].iter().map(|pair| pair.with), times, sight.instant)
+        let times = &mut near.times[..count];
+        times.fill(f64::INFINITY);
+        pairs[..meeting].iter().for_each(|pair| times[pair.place] = pair.time(sight.now));
+        Meeting::earliest(&near.discs[..count], times, sight.instant)
     }
 }
 
@@ -347,7 +353,8 @@ pub fn meeting(sight: &Sight, disc: usize, with: usize) -> Option<f64> {
 /// A disc as another one sees it.
 #[derive(Clone, Copy, Debug, Default)]
 struct Pair {
-    with: u32,
+    /// Where it stands among those that are near.
+    place: usize,
     d: DVec2,
     w: DVec2,
     /// Square of the distance at contact, m^2.
@@ -369,7 +376,7 @@ impl Pair {
         }
         let radius = if sight.radii.is_empty() { 0.0 } else { sight.radii[with as usize] };
         let reach = sight.reach_of(disc) + radius;
-        Self { with, d, w, s2: reach * reach, b: d.x * w.x + d.y * w.y, root: 0.0 }
+        Self { place: 0, d, w, s2: reach * reach, b: d.x * w.x + d.y * w.y, root: 0.0 }
     }
 
     #[inline(always)]

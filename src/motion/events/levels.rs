@@ -94,6 +94,11 @@ pub fn grids(needs: &Needs, discs: &[Disc]) -> Grids {
     {
         return grids;
     }
+    one_level(needs)
+}
+
+/// The cells of one level that fits all discs.
+pub fn one_level(needs: &Needs) -> Grids {
     Grids {
         cells: Cells::new(needs),
         levels: Levels::default(),

@@ -12,8 +12,10 @@
 //! is takes one product, and no time of its own. At the end of an epoch all are carried on to the
 //! next, and the days of the calendar are fitted to what happened.
 //!
+//! Under gravity flights are kept as if there were none, and what it adds is for [`fall`].
+//!
 //! The laws and policies are those of the plain method, its judge, which agrees event for event
-//! until rounding has grown; gravity and extreme units are left to that. The arithmetic has no
+//! until rounding has grown; extreme units are left to that. The arithmetic has no
 //! fused operations but those written down, so results have the same bits on every processor; they
 //! do not depend on the frame rate.
 
@@ -22,6 +24,7 @@ mod calendar;
 mod cells;
 mod contacts;
 mod edit;
+mod fall;
 mod lanes;
 mod levels;
 mod pages;
@@ -40,6 +43,7 @@ use crate::exact::{RunningSum, UNIT_ROUNDOFF, power_of_two_near};
 use crate::world::{Contact, Disc, DiscId, Owner, limits};
 use calendar::Calendar;
 use cells::{Border, Cells, Needs, Place};
+use fall::Fall;
 use lanes::{Near, Unit, Wrap};
 use levels::{Grids, Levels};
 
@@ -182,6 +186,8 @@ pub struct Events {
     last: Vec<Last>,
     /// Whether energy comes in from outside: some disc is observed, or fixed and moves.
     guests: bool,
+    /// What falls, where there is gravity.
+    fall: Option<Fall>,
     /// Where a disc of an id is, once somebody asked.
     index: Option<HashMap<(Owner, DiscId), usize>>,
     cells: Cells,
@@ -243,17 +249,21 @@ const INSTANT: f64 = 1e-11;
 const SAME_INSTANT: f64 = 16.0 * UNIT_ROUNDOFF;
 
 impl Events {
-    /// Whether this method has all that a scene needs: not gravity, extreme units, or a periodic
-    /// box so small that a disc could meet two images of another.
+    /// Whether this method has all that a scene needs: not extreme units, or a periodic box so
+    /// small that a disc could meet two images of another.
     pub fn suits(laws: &Laws, discs: &[Disc]) -> bool {
         let wide = laws.periodic.is_none() || grids(laws, discs).are_wide();
-        laws.gravity.is_none() && !laws.extreme_units && wide
+        !laws.extreme_units && wide
     }
 
     /// An arena at time 0, of a scene that [suits](Self::suits) the method.
     pub fn new(laws: Laws, discs: &[Disc]) -> Self {
         let Grids { cells, levels, diameter, needs } = grids(&laws, discs);
-        let (day, days) = days(&needs, discs);
+        let (mut day, days) = days(&needs, discs);
+        let fall = laws.gravity.map(Fall::new);
+        if let Some(fall) = &fall {
+            day = day.min(power_of_two_near(fall.longest_epoch(needs.diameter) / days as f64));
+        }
         let mut arena = Self {
             laws,
             flights: pages::with_room_for(discs.len()),
@@ -264,6 +274,7 @@ impl Events {
             owners: vec![Owner::Simulated; discs.len()],
             last: if laws.contact_time > 0.0 { vec![LONG_AGO; discs.len()] } else { Vec::new() },
             guests: discs.iter().any(brings_energy),
+            fall,
             index: None,
             cells,
             levels,
@@ -314,7 +325,9 @@ impl Events {
 
     /// Signed relative energy error, with all work accounted for.
     pub fn relative_energy_drift(&self) -> f64 {
-        self.energy.relative_drift(self.kinetic_energy())
+        let mut account = self.energy;
+        account.book(self.work_of_gravity());
+        account.relative_drift(self.kinetic_energy())
     }
 
     /// Largest overlap of a simulated pair at any contact, in units of the smaller radius.
@@ -466,14 +479,14 @@ impl Events {
         if first == f64::INFINITY || self.base + first > until {
             return false;
         }
-        let fastest = self.flights.iter().map(|flight| flight.velocity().length_squared());
-        let fastest = fastest.fold(0.0, f64::max).sqrt();
         let wanted = entries_per_day(self.flights.len()) * self.calendar.days() as f64;
         let factor = power_of_two_near(wanted / (self.events as f64).max(wanted / 4096.0));
         let change =
             if (0.6..1.7).contains(&factor) { 1.0 } else { factor.clamp(1.0 / 16.0, 16.0) };
         let epochs = (first / epoch).floor().max(1.0);
         self.carry_on(if epochs.is_finite() { epoch * epochs } else { first });
+        let fastest = self.flights.iter().map(|flight| flight.velocity().length_squared());
+        let fastest = fastest.fold(0.0, f64::max).sqrt();
         self.events = 0;
         self.events_before_today = 0;
         self.restart_calendar(self.calendar.day() * change, fastest);
@@ -485,9 +498,13 @@ impl Events {
         self.base += by;
         self.now = (self.now - by).max(0.0);
         self.instant -= by;
-        // Each by itself: of discs that came or went only the flights are kept up to date.
-        for flight in &mut self.flights {
-            (flight.x, flight.y) = (flight.x + flight.vx * by, flight.y + flight.vy * by);
+        if self.fall.is_some() {
+            self.carry_falling(by);
+        } else {
+            // Each by itself: of discs that came or went only the flights are kept up to date.
+            for flight in &mut self.flights {
+                (flight.x, flight.y) = (flight.x + flight.vx * by, flight.y + flight.vy * by);
+            }
         }
         for due in &mut self.dues {
             due.contact -= by;
@@ -500,7 +517,10 @@ impl Events {
     /// this speed, m/s, comes so far that its start is known badly.
     fn restart_calendar(&mut self, day: f64, fastest: f64) {
         let days = days_of(self.flights.len());
-        let longest = FAR * self.scale / (fastest * days as f64);
+        let mut longest = FAR * self.scale / (fastest * days as f64);
+        if let Some(fall) = &self.fall {
+            longest = longest.min(fall.longest_epoch(self.scale) / days as f64);
+        }
         let day = if day > longest { power_of_two_near(longest) } else { day };
         self.calendar.restart(day, days);
         self.fit_limits();
@@ -546,7 +566,7 @@ impl Events {
 
     /// Begins an epoch now if a disc of this speed, m/s, would have started too far away.
     fn bring_start_near(&mut self, speed: f64) {
-        if speed * self.now > FAR * self.scale {
+        if speed * self.now > FAR * self.scale || self.fell_far() {
             self.carry_on(self.now);
             self.restart_calendar(self.calendar.day(), speed);
         }
@@ -562,12 +582,11 @@ impl Events {
     }
 
     fn disc(&self, k: usize) -> Disc {
-        let flight = &self.flights[k];
-        let position = flight.at(self.now);
+        let position = self.position(k);
         Disc {
             id: self.ids[k],
             position: self.laws.periodic.map_or(position, |periodic| periodic.inside(position)),
-            velocity: flight.velocity(),
+            velocity: self.velocity(k),
             radius: self.radii.get(k),
             mass: self.masses.get(k),
         }
@@ -601,9 +620,10 @@ fn days(needs: &Needs, discs: &[Disc]) -> (f64, usize) {
     (power_of_two_near(epoch / days as f64), days)
 }
 
-/// The cells that discs need as they lie.
+/// The cells that discs need as they lie. Levels are for straight flights.
 fn grids(laws: &Laws, discs: &[Disc]) -> Grids {
-    levels::grids(&needs(laws, discs), discs)
+    let needs = needs(laws, discs);
+    if laws.gravity.is_some() { levels::one_level(&needs) } else { levels::grids(&needs, discs) }
 }
 
 fn needs(laws: &Laws, discs: &[Disc]) -> Needs {

@@ -32,13 +32,14 @@ impl Events {
     /// Makes new cells, and predicts all.
     pub(super) fn renew_grid(&mut self) {
         self.dues.clear();
-        for (k, flight) in self.flights.iter_mut().enumerate() {
+        for k in 0..self.flights.len() {
             if let Some(periodic) = self.laws.periodic {
+                let flight = &mut self.flights[k];
                 let position = flight.at(self.now);
                 let shift = periodic.inside(position) - position;
                 (flight.x, flight.y) = (flight.x + shift.x, flight.y + shift.y);
             }
-            let (level, at) = (self.levels.level(k), flight.at(self.now));
+            let (level, at) = (self.levels.level(k), self.position(k));
             let cells = self.levels.grid_mut(&mut self.cells, level);
             let place = cells.place(at);
             cells.add(place, k as u32);
@@ -107,7 +108,10 @@ impl Events {
     fn take(&mut self, k: usize, mut due: Due) {
         let outermost = self.cells.is_outermost(due.place);
         self.consider_wall(k, &mut due, outermost);
-        due.exit = self.exit(self.exits(k, due.place));
+        due.exit = match &self.fall {
+            Some(fall) => self.falling_exit(fall, k, due.place).time,
+            None => self.exit(self.exits(k, due.place)),
+        };
         self.dues[k] = due;
     }
 
@@ -160,6 +164,9 @@ impl Events {
         if meeting.time <= self.now || self.guests || self.cells.is_spilled() {
             return self.earliest_with_care(of, k, place, block);
         }
+        if self.fall.is_some() {
+            return self.among_odd(of, k, meeting);
+        }
         meeting
     }
 
@@ -176,7 +183,7 @@ impl Events {
         let sight = sight!(self, beyond_border);
         let time = |&with: &u32| self.meeting(&sight, k, with as usize).unwrap_or(f64::INFINITY);
         let times: Vec<f64> = near.iter().map(time).collect();
-        Meeting::earliest(near.iter().copied(), &times, sight.instant)
+        Meeting::earliest(near, &times, sight.instant)
     }
 
     /// The earliest meeting of a disc with those gathered in `near`, wherever they are.
@@ -206,6 +213,9 @@ impl Events {
         if k == with || !self.can_collide(k, with) {
             return None;
         }
+        if let Some(pull) = self.pull_between(k, with) {
+            return self.falling_meeting(k, with, pull, f64::INFINITY);
+        }
         let time = lanes::meeting(sight, k, with)?;
         (time > self.now || self.approaches_beyond_rounding(k, with)).then_some(time)
     }
@@ -221,7 +231,7 @@ impl Events {
         ours && (self.masses.get(k).is_finite() || self.masses.get(l).is_finite())
     }
 
-    fn approaches_beyond_rounding(&self, k: usize, l: usize) -> bool {
+    pub(super) fn approaches_beyond_rounding(&self, k: usize, l: usize) -> bool {
         let (a, b) = self.pair(k, l);
         approach(&a, &b).is_some_and(|(_, speed)| speed > rounding_speed(&a, &b))
     }
@@ -260,12 +270,21 @@ impl Events {
         if !self.levels.is_single() {
             return self.change_cell_on_level::<U>(k, due);
         }
-        let (along_x, up) = self.way_out(k, due.place);
-        let flight = &mut self.flights[k];
+        let (along_x, up) = if let Some(fall) = &self.fall {
+            let exit = self.falling_exit(fall, k, due.place);
+            // By rounding it is not there yet, or turns round just before.
+            if exit.time > self.now + self.same_instant {
+                return U::renew(self, k, f64::NAN);
+            }
+            (exit.along_x, exit.up)
+        } else {
+            self.way_out(k, due.place)
+        };
         let Some((place, shift)) = self.cells.neighbour(due.place, along_x, up) else {
             return self.renew_all_cells();
         };
         if shift != DVec2::ZERO {
+            let flight = &mut self.flights[k];
             (flight.x, flight.y) = (flight.x + shift.x, flight.y + shift.y);
         }
         self.cells.remove(due.place, k as u32);
@@ -305,6 +324,9 @@ impl Events {
     #[inline]
     fn wall(&self, k: usize) -> Option<(f64, u32)> {
         let walls = self.laws.walls.filter(|_| self.owners[k] == Owner::Simulated)?;
+        if let Some(fall) = &self.fall {
+            return self.falling_wall(fall, k);
+        }
         let (flight, radius) = (&self.flights[k], self.radii.get(k));
         let (min, max) = (walls.min + radius, walls.max - radius);
         let x = until(flight.x, flight.vx, min.x, max.x);
@@ -317,7 +339,7 @@ impl Events {
 
 /// When `x + v t` reaches the bound ahead; infinite without velocity.
 #[inline(always)]
-fn until(x: f64, v: f64, low: f64, high: f64) -> f64 {
+pub(super) fn until(x: f64, v: f64, low: f64, high: f64) -> f64 {
     let bound = if v > 0.0 { high } else { low };
     if v == 0.0 { f64::INFINITY } else { (bound - x) / v }
 }

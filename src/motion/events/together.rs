@@ -83,7 +83,7 @@ impl Events {
         self.book_together(group, &discs, &resolved.contacts);
         let touched: Vec<usize> = resolved.touched.iter().map(|&at| group.members[at]).collect();
         for &at in &resolved.touched {
-            self.flights[group.members[at]].turn(self.now, discs[at].velocity);
+            self.turn(group.members[at], discs[at].velocity);
         }
         self.note_contacts(&touched, resolved.contacts.len());
         resolved.contacts.into_iter().for_each(|contact| witness.see(|| contact));
@@ -93,6 +93,9 @@ impl Events {
     /// Books what contacts together do to the energy. With discs that bring in energy from outside,
     /// what they brought is what is there: no error is told from work then.
     fn book_together(&mut self, group: &Group, after: &[Disc], contacts: &[Contact]) {
+        if self.fall.is_some() {
+            group.members.iter().for_each(|&k| self.book_fall(k));
+        }
         let closed = |k: usize| !self.guests || self.closes_energy(k);
         let work: RunningSum = if group.members.iter().all(|&k| closed(k)) {
             contacts.iter().map(|contact| -contact.energy_loss).collect()

@@ -81,7 +81,7 @@ impl Laws {
 
     /// What gravity does to a disc: nothing along the normal of a wall on which the disc lies
     /// still and is pressed.
-    fn acceleration(&self, gravity: DVec2, disc: &Disc) -> DVec2 {
+    pub(super) fn acceleration(&self, gravity: DVec2, disc: &Disc) -> DVec2 {
         let Some(walls) = self.walls else { return gravity };
         let rests = |side: Side| {
             let normal = side.normal();
@@ -130,7 +130,7 @@ impl Laws {
     }
 
     /// Whether gravity presses discs on this wall.
-    fn presses_on(&self, side: Side) -> bool {
+    pub(super) fn presses_on(&self, side: Side) -> bool {
         self.gravity.is_some_and(|gravity| gravity.dot(side.normal()) > 0.0)
     }
 }

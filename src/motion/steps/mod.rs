@@ -69,7 +69,7 @@ pub enum NotInSteps {
     #[error("step = {0} s, must be a finite number above 0")]
     BadStep(f64),
     /// Discs would not fly straight.
-    #[error("steps know no gravity; take the method plain")]
+    #[error("steps know no gravity; take the method plain or events")]
     Gravity,
 }
 

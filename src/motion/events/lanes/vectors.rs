@@ -416,7 +416,7 @@ fn choose(best: __m256d, near: &Near, groups: usize, instant: f64) -> Meeting {
     let time = least(best);
     let times = &near.times.as_chunks::<4>().0[..groups];
     if groups > 16 {
-        return Meeting::earliest(near.discs.iter().copied(), times.as_flattened(), instant);
+        return Meeting::earliest(&near.discs, times.as_flattened(), instant);
     }
     let (earliest, latest) = (_mm256_set1_pd(time), _mm256_set1_pd(time + instant));
     let (mut first, mut soon) = (0u64, 0u64);
