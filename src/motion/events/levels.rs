@@ -11,7 +11,8 @@
 //!   So what is not seen by the small one looks later itself.
 //!
 //! What lies deep in a large disc is in no ring: until a look at all of it finds nothing there,
-//! it is written into all of it. In exact motion nothing comes in but through the ring, and is met there.
+//! it is written into all of it. In exact motion nothing comes in but through the ring, and is met
+//! there.
 //!
 //! Where a periodic box has no room for five cells of a level, that one and all beyond have one
 //! cell, which nobody leaves: between two looks, discs then move far less than half the box.
