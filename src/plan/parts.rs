@@ -129,6 +129,19 @@ impl Part {
         }
     }
 
+    /// Whether the method knows such a thing at all.
+    pub fn is_known_to(self, method: Method) -> bool {
+        use Method::{Events, Plain, Ticks};
+        match self {
+            Self::WrapInside | Self::Ahead => method == Events,
+            Self::Remembered | Self::DoubleDouble => method == Plain,
+            Self::ContactTime => matches!(method, Events | Plain | Ticks),
+            Self::Lanes => method != Plain,
+            Self::ExtremeUnits => method != Events,
+            _ => true,
+        }
+    }
+
     /// Whether the method has it built in, needed or not.
     pub fn is_always_there(self, method: Method) -> bool {
         match self {

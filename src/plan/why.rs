@@ -98,7 +98,8 @@ impl Told<'_> {
             return if resolver { Verdict::AlwaysThere } else { Verdict::LeftOut };
         }
         match part {
-            Part::Lanes if method == Method::Events && has_lanes() => Verdict::Kept,
+            _ if !part.is_known_to(method) => Verdict::LeftOut,
+            Part::Lanes if has_lanes() => Verdict::Kept,
             _ if needed.has(part) => Verdict::Kept,
             _ if part.is_always_there(method) => Verdict::AlwaysThere,
             _ if built.has(part) => Verdict::Forced,
@@ -110,7 +111,8 @@ impl Told<'_> {
     pub fn is_measured(&self, part: Part) -> bool {
         let laws = self.plan.laws(self.settings);
         let can_be = Parts::that_can_be_forced(self.plan.method, &laws).has(part);
-        !self.pucks.is_empty() && can_be && part != Part::Grid && !self.plan.needed.has(part)
+        let in_contacts = !matches!(part, Part::Grid | Part::Commands);
+        !self.pucks.is_empty() && can_be && in_contacts && !self.plan.needed.has(part)
     }
 
     fn without_pucks(&self, part: Part) -> String {
@@ -157,6 +159,9 @@ impl Told<'_> {
 
     fn not_needed(&self, part: Part) -> String {
         let (count, method) = (self.pucks.len(), self.plan.method);
+        if !self.pucks.is_empty() && !part.is_known_to(method) {
+            return format!("the method {method} does not have it");
+        }
         match part {
             Part::Walls => "no walls".to_owned(),
             Part::Periodic => "nothing repeats".to_owned(),
@@ -166,31 +171,30 @@ impl Told<'_> {
             Part::Radii => self.all_equal("radii", "m", |puck| puck.radius),
             Part::Restitution => "pairs are elastic".to_owned(),
             Part::ContactTime => "no contact loses energy, so nothing collapses".to_owned(),
-            Part::Remembered if method != Method::Plain => "only plain has it".to_owned(),
             Part::Remembered => "pairs are elastic: no collapse".to_owned(),
             Part::Gravity => "none; with it other formulas, so other last digits".to_owned(),
             Part::Drag => "none: time needs no mapping".to_owned(),
-            Part::Commands => "the index of ids is made with the first command".to_owned(),
+            Part::Commands => "an index of ids comes with the first; memory only".to_owned(),
             Part::Observed => "nobody has reported a circle yet".to_owned(),
             Part::ExtremeUnits => {
                 "all of radii, coordinates, speeds within 1e-70 to 1e70".to_owned()
             }
             Part::Grid => format!("messages of up to {ALL_PAIRS_UP_TO} circles: all pairs"),
-            Part::Lanes => format!("{method} looks at one disc after the other here"),
-            Part::Ahead if method == Method::Events => format!("{} fit the caches", pucks(count)),
-            Part::Ahead => "only events has it".to_owned(),
-            Part::DoubleDouble => "only plain carries twice the digits".to_owned(),
+            Part::Lanes => "this processor has none that are known here".to_owned(),
+            Part::Ahead => format!("{} fit the caches", pucks(count)),
             Part::Topics => "a message that nobody subscribes to is not built".to_owned(),
             _ => String::new(),
         }
     }
 
     fn always(&self, part: Part) -> String {
-        let is_events = self.plan.method == Method::Events;
+        let method = self.plan.method;
+        let is_events = method == Method::Events;
         let why = match part {
-            Part::FixedDiscs => "one comparison in the shares of two masses; no such puck here",
+            Part::FixedDiscs => "none here; one comparison where two masses share",
             Part::Clock if is_events => "one pass over the discs in an epoch of 8 contacts each",
-            Part::Clock => "times are offsets from a base that moves",
+            Part::Clock if method == Method::Plain => "times are offsets from a base that moves",
+            Part::Clock => "time is so many whole steps or ticks, and a rest",
             Part::Together if is_events => "no scene excludes it: a look at the next three events",
             Part::Together => "no scene excludes it: a look at the other events",
             Part::DoubleDouble => "what the method is for: it judges the others",

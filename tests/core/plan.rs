@@ -295,6 +295,26 @@ fn every_part_is_told_with_its_reason() {
 }
 
 #[test]
+fn what_a_method_does_not_have_is_not_said_to_be_kept() {
+    let (settings, discs) = simple();
+    let lossy = Settings { restitution: 0.9, keep: Parts::ALL, ..settings };
+    for method in Method::ALL.into_iter().filter(|method| *method != Method::Springs) {
+        let mut plan = Plan::of(&lossy, &discs);
+        plan.choose(Some(method), &lossy, &discs).expect("it suits");
+        let told = Told { plan: &plan, settings: &lossy, pucks: &discs };
+        let is_kept = |part| {
+            let row = told.rows().into_iter().find(|row| row.part == part).expect("listed");
+            assert!(!row.why.is_empty(), "{method}: {row:?}");
+            row.verdict != Verdict::LeftOut
+        };
+        assert_eq!(is_kept(Part::Remembered), method == Method::Plain, "{method}");
+        assert_eq!(is_kept(Part::DoubleDouble), method == Method::Plain, "{method}");
+        assert_eq!(is_kept(Part::Ahead), method == Method::Events, "{method}");
+        assert_eq!(is_kept(Part::ContactTime), method != Method::Steps, "{method}");
+    }
+}
+
+#[test]
 fn words_have_the_numbers_of_the_scene() {
     let scene = Scene::load("thousand").expect("shipped");
     let pucks: Vec<Disc> = scene.pucks.iter().map(|puck| puck.disc).collect();
