@@ -122,7 +122,7 @@ fn law(discs: &mut [Disc], pairs: &[(usize, usize)]) {
     let share = MassFractions::of(1.0, 1.0);
     for &(i, j) in pairs {
         let d = discs[j].position - discs[i].position;
-        let exchange = exchange(d, (discs[i].velocity, discs[j].velocity), 1.0, &share);
+        let exchange = exchange(d, (discs[i].velocity, discs[j].velocity), 1.0, &share, true);
         if exchange.along < 0.0 {
             discs[i].velocity += exchange.by_a;
             discs[j].velocity += exchange.by_b;

@@ -9,6 +9,7 @@ use carom::bench::gas::Gas;
 use carom::bench::{self, BenchError};
 use carom::check::{self, CheckError, Options};
 use carom::plan::Method;
+use carom::plan::parts::Parts;
 use carom::scene::lattice::Lattice;
 use carom::scene::{Scene, shipped};
 use clap::error::ErrorKind;
@@ -30,6 +31,8 @@ enum Command {
     Run(RunArguments),
     /// Run the reference cases and say by how much they pass; exit code 1 if one fails.
     Check(CheckArguments),
+    /// Say what a scene needs, what is left out, and what that saves.
+    Explain(ExplainArguments),
     /// Measure one run, and check its physics before telling the time.
     #[command(subcommand)]
     Bench(BenchCommand),
@@ -90,6 +93,9 @@ struct GasArguments {
     /// Without the vector units of the processor (method events).
     #[arg(long)]
     portable: bool,
+    /// Build every part though nothing needs it: the same bits, more slowly.
+    #[arg(long)]
+    keep_all: bool,
     /// One JSON object instead of words.
     #[arg(long)]
     json: bool,
@@ -136,6 +142,25 @@ struct CheckArguments {
 }
 
 #[derive(Args)]
+struct ExplainArguments {
+    /// A scene file, or the name of a shipped scene.
+    #[arg(value_name = "SCENE", default_value = shipped::DEFAULT)]
+    scene: String,
+    /// How pucks move, instead of what the scene says.
+    #[arg(long, value_name = "M", value_parser = METHODS)]
+    method: Option<String>,
+    /// Build every part though nothing needs it.
+    #[arg(long)]
+    keep_all: bool,
+    /// Measure nothing.
+    #[arg(long)]
+    quick: bool,
+    /// One JSON object instead of the table.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Args)]
 struct RunArguments {
     /// A scene file, or the name of a shipped scene: arena, break_shot, newtons_cradle, head_on,
     /// thousand, teams, resolver.
@@ -156,6 +181,9 @@ struct RunArguments {
     #[arg(long, value_name = "S", value_parser = seconds)]
     #[arg(allow_negative_numbers = true)]
     step: Option<f64>,
+    /// Build every part though nothing needs it: the same bits, more slowly.
+    #[arg(long)]
+    keep_all: bool,
 }
 
 const METHODS: [&str; 6] = ["auto", "events", "plain", "ticks", "steps", "springs"];
@@ -168,21 +196,42 @@ fn main() -> ExitCode {
     match cli.command.unwrap_or(Command::Run(cli.run)) {
         Command::Run(arguments) => load_and_run(&arguments),
         Command::Check(arguments) => check(arguments),
+        Command::Explain(arguments) => explain(&arguments),
         Command::Bench(BenchCommand::Gas(arguments)) => bench_gas(&arguments),
         Command::Bench(BenchCommand::Peers(arguments)) => bench_peers(arguments),
     }
 }
 
 fn load_and_run(arguments: &RunArguments) -> ExitCode {
-    let mut scene = match Scene::load(&arguments.scene) {
-        Ok(scene) => scene,
-        Err(error) => return complain(&error, 2),
-    };
-    let method = arguments.method.as_ref().map(|name| named(name));
-    match scene.choose(method, arguments.step) {
-        Ok(()) => run(&scene, arguments),
-        Err(message) => complain(&format!("{}: {message}", arguments.scene), 2),
+    let RunArguments { scene, method, step, keep_all, .. } = arguments;
+    match load(scene, method.as_deref(), *step, *keep_all) {
+        Ok(scene) => run(&scene, arguments),
+        Err(message) => complain(&message, 2),
     }
+}
+
+fn explain(arguments: &ExplainArguments) -> ExitCode {
+    let ExplainArguments { scene, method, keep_all, quick, json } = arguments;
+    let options = bench::explain::Options { quick: *quick, json: *json };
+    match load(scene, method.as_deref(), None, *keep_all) {
+        Ok(scene) => {
+            measured(bench::explain::explain(&scene, options, &mut std::io::stdout().lock()))
+        }
+        Err(message) => complain(&message, 2),
+    }
+}
+
+/// The scene that was asked for, with what the command line says otherwise.
+fn load(
+    name: &str,
+    method: Option<&str>,
+    step: Option<f64>,
+    keep_all: bool,
+) -> Result<Scene, String> {
+    let mut scene = Scene::load(name).map_err(|error| error.to_string())?;
+    scene.settings.keep = if keep_all { Parts::ALL } else { Parts::NONE };
+    scene.choose(method.map(named), step).map_err(|message| format!("{name}: {message}"))?;
+    Ok(scene)
 }
 
 /// The method of a name that was checked; `None` = the plan chooses.
@@ -211,8 +260,8 @@ fn bench_gas(arguments: &GasArguments) -> ExitCode {
     let GasArguments { restitution, melt, step, collisions, portable, json, .. } = *arguments;
     let spread = arguments.sizes == "spread";
     let gas = Gas { lattice, spread, restitution, melt, step };
-    let method = named(&arguments.method);
-    let options = bench::Options { gas, method, collisions, portable, json };
+    let (method, keep_all) = (named(&arguments.method), arguments.keep_all);
+    let options = bench::Options { gas, method, keep_all, collisions, portable, json };
     measured(bench::bench(&options, &mut std::io::stdout().lock()))
 }
 

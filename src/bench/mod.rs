@@ -1,7 +1,10 @@
 //! `carom bench`: one measured run, whose physics is checked before its time is told.
 //!
 //! A [gas] of discs melts from a lattice, untimed; then its collisions are timed in blocks. A wrong
-//! answer prints no time. The only stopwatch and the only look at the memory are in this file.
+//! answer prints no time. [`mod@explain`] measures what the plan of a scene leaves out. The only
+//! stopwatch and the only look at the memory are in this file.
+
+pub mod explain;
 
 pub mod gas;
 
@@ -15,6 +18,7 @@ use serde::Serialize;
 
 use crate::motion::arena::Arena;
 use crate::motion::events::Lanes;
+use crate::plan::parts::Parts;
 use crate::plan::{Method, Plan};
 use gas::{Gas, Judgement};
 
@@ -45,6 +49,8 @@ pub struct Options {
     pub gas: Gas,
     /// The method; `None` = the plan chooses.
     pub method: Option<Method>,
+    /// Whether everything is built, needed or not.
+    pub keep_all: bool,
     /// Collisions of pairs and walls to be timed.
     pub collisions: u64,
     /// Without the vector units of the processor.
@@ -92,7 +98,8 @@ pub fn bench(options: &Options, out: &mut impl Write) -> Result<(), BenchError> 
 
 fn measure(options: &Options) -> Result<Measured, BenchError> {
     let before = resident();
-    let (settings, discs) = options.gas.scene().map_err(BenchError::BadUse)?;
+    let (mut settings, discs) = options.gas.scene().map_err(BenchError::BadUse)?;
+    settings.keep = if options.keep_all { Parts::ALL } else { Parts::NONE };
     let count = discs.len() as f64;
     let mut plan = Plan::of(&settings, &discs);
     plan.choose(options.method, &settings, &discs).map_err(BenchError::BadUse)?;
@@ -151,7 +158,6 @@ fn pass(arena: &mut Arena, step: f64, collisions: u64) -> Result<(), BenchError>
 }
 
 /// How long something takes, s, and what comes of it.
-#[cfg(feature = "peers")]
 fn seconds<T>(run: impl FnOnce() -> T) -> (f64, T) {
     let start = Instant::now();
     let result = run();
@@ -168,7 +174,8 @@ fn resident() -> Option<f64> {
 
 fn tell(options: &Options, measured: &Measured, out: &mut impl Write) -> io::Result<()> {
     let Measured { judgement, .. } = measured;
-    writeln!(out, "{}, method {}", options.gas, measured.method)?;
+    let kept = if options.keep_all { ", all parts kept" } else { "" };
+    writeln!(out, "{}, method {}{kept}", options.gas, measured.method)?;
     writeln!(
         out,
         "{:>10.1} ns per collision (median of {BLOCKS} blocks, least {:.1}; {} collisions)",

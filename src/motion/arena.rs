@@ -11,6 +11,7 @@ use super::springs::{self, Refused, Springs};
 use super::steps::{Steps, Unseen};
 use super::ticks::Ticks;
 use crate::detect::TooManyPairs;
+use crate::plan::parts::Part;
 use crate::plan::{Method, Plan};
 use crate::world::{Contact, Disc, DiscId, Owner};
 
@@ -90,8 +91,8 @@ impl Arena {
     pub fn build(plan: &Plan, laws: Laws, discs: &[Disc]) -> Result<Self, String> {
         let say = |error: &dyn std::fmt::Display| error.to_string();
         let plain = || Plain::new(laws, discs, plan.epoch);
-        let events = || Events::new(laws, discs);
-        Ok(match (plan.method, plan.drag) {
+        let events = || Events::with(laws, discs, plan.built);
+        Ok(match (plan.method, plan.built.has(Part::Drag)) {
             (Method::Plain, false) => Self::Plain(Box::new(plain())),
             (Method::Events, false) => Self::Events(Box::new(events())),
             (Method::Plain, true) => Self::SlowedPlain(Box::new(Drag::new(plain()))),

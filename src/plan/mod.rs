@@ -1,5 +1,9 @@
 //! The plan: what a scene needs, decided once and only here. What it does not need is left out.
 
+pub mod parts;
+
+pub mod why;
+
 use std::fmt;
 
 use glam::DVec2;
@@ -7,10 +11,11 @@ use serde::Serialize;
 
 use crate::motion::arena::Arena;
 use crate::motion::events::Events;
-use crate::motion::plain::{Laws, is_extreme};
+use crate::motion::plain::Laws;
 use crate::motion::springs::{self, Ending, Scheme};
 use crate::motion::steps::Stepping;
-use crate::world::{Disc, Pace, Settings};
+use crate::world::{Disc, Pace, Settings, Walls};
+use parts::{Part, Parts};
 
 /// Up to so many discs looking at all pairs is quicker than building a grid (measured: `cargo
 /// bench --bench resolver`).
@@ -95,10 +100,10 @@ pub struct Plan {
     pub epoch: f64,
     /// Contact time of the collapse model, s; 0 = left out.
     pub contact_time: f64,
-    /// Whether times of impact need units of their own.
-    pub extreme_units: bool,
-    /// Whether time is mapped for discs that slow down; without drag that changes no bit.
-    pub drag: bool,
+    /// What the scene needs.
+    pub needed: Parts,
+    /// What is built: that, and what was asked for besides.
+    pub built: Parts,
     /// What methods with a step of their own need.
     pub pace: Pace,
 }
@@ -117,14 +122,24 @@ impl Plan {
             method: Method::Plain,
             epoch,
             contact_time: if loses_energy { contact_time } else { 0.0 },
-            extreme_units: pucks.iter().any(is_extreme),
-            drag: settings.drag != 0.0,
+            needed: Parts::NONE,
+            built: Parts::NONE,
             pace: settings.pace,
         };
+        plan.needed = Parts::needed(&plan.laws(settings), pucks);
+        plan.built = plan.needed;
         if pucks.len() > ALL_PAIRS_UP_TO && Events::suits(&plan.laws(settings), pucks) {
             plan.method = Method::Events;
         }
+        plan.build(settings);
         plan
+    }
+
+    /// Decides what is built: what is needed, and of what was asked for what can be.
+    fn build(&mut self, settings: &Settings) {
+        self.built = self.needed;
+        let possible = Parts::that_can_be_forced(self.method, &self.laws(settings));
+        self.built = self.needed.and(settings.keep.among(possible));
     }
 
     /// Takes the method that somebody asked for instead.
@@ -138,7 +153,8 @@ impl Plan {
         pucks: &[Disc],
     ) -> Result<(), String> {
         let Some(method) = method else { return Ok(()) };
-        let laws = self.laws(settings);
+        let mut plan = Self { method, built: self.needed, ..*self };
+        let laws = plan.laws(settings);
         let lacks = match method {
             Method::Events if !Events::suits(&laws, pucks) => {
                 Some("extreme units and periodic boxes of less than five diameters")
@@ -158,10 +174,10 @@ impl Plan {
         if let Some(lacks) = lacks {
             return Err(format!("method {method} does not do {lacks}"));
         }
-        let plan = Self { method, ..*self };
         if matches!(method, Method::Ticks | Method::Steps | Method::Springs) {
             Arena::build(&plan, laws, pucks)?;
         }
+        plan.build(settings);
         *self = plan;
         Ok(())
     }
@@ -191,18 +207,19 @@ impl Plan {
     pub fn laws(&self, settings: &Settings) -> Laws {
         Laws {
             restitution: settings.restitution,
-            walls: settings.walls,
+            walls: settings.walls.or(self.built.has(Part::Walls).then_some(Walls::FAR_AWAY)),
             periodic: settings.periodic,
             drag: settings.drag,
             gravity: settings.gravity.filter(|gravity| *gravity != DVec2::ZERO),
             contact_time: self.contact_time,
-            extreme_units: self.extreme_units,
+            extreme_units: self.built.has(Part::ExtremeUnits),
         }
     }
 
     /// How to find the touching pairs of so many discs.
     pub fn broad_phase(&self, discs: usize) -> BroadPhase {
-        if discs <= ALL_PAIRS_UP_TO { BroadPhase::AllPairs } else { BroadPhase::Grid }
+        let few = discs <= ALL_PAIRS_UP_TO && !self.built.has(Part::Grid);
+        if few { BroadPhase::AllPairs } else { BroadPhase::Grid }
     }
 }
 

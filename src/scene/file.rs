@@ -13,6 +13,7 @@ use super::{NodeSettings, Puck, Scene, SceneError};
 use crate::detect;
 use crate::detect::touching::overlap;
 use crate::messages::Contact;
+use crate::plan::parts::Parts;
 use crate::plan::{BroadPhase, Method};
 use crate::world::{Disc, Pace, Periodic, Settings, Walls, limits};
 
@@ -164,6 +165,7 @@ impl Reader<'_> {
             pace: self.pace(scene)?,
             contact_margin: self.at_least_0("contact_margin_m", &node.contact_margin_m, 0.0)?,
             stale_after: self.above_0("stale_after_s", &node.stale_after_s, stale_default)?,
+            keep: Parts::NONE,
         };
         self.fits(periodic, scene)?;
         let node = self.node(node)?;

@@ -25,6 +25,7 @@ use glam::DVec2;
 
 use crate::detect::{self, Pair, TooManyPairs};
 use crate::motion::arena::Arena;
+use crate::plan::parts::Parts;
 use crate::plan::{Method, Plan};
 use crate::resolve;
 use observed::Observed;
@@ -63,6 +64,8 @@ pub struct Settings {
     pub contact_margin: f64,
     /// Observed circles not heard of for so long leave the world, s.
     pub stale_after: f64,
+    /// Parts to be built though nothing needs them: no bit of a result changes.
+    pub keep: Parts,
 }
 
 /// What methods with a step of their own need; the others do not look at it.
@@ -102,6 +105,7 @@ impl Default for Settings {
             pace: Pace::default(),
             contact_margin: 0.0,
             stale_after: limits::STALE_AFTER_S,
+            keep: Parts::NONE,
         }
     }
 }
@@ -147,6 +151,11 @@ impl World {
         }
         self.advance(instants.advance_to, &mut outcome);
         outcome
+    }
+
+    /// What was decided for it.
+    pub fn plan(&self) -> &Plan {
+        &self.plan
     }
 
     /// The arena, if there are simulated pucks.

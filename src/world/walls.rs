@@ -43,6 +43,10 @@ pub struct Walls {
 }
 
 impl Walls {
+    /// Walls that nothing reaches: for who shall look at walls where there are none.
+    pub const FAR_AWAY: Self =
+        Self { min: DVec2::splat(-1e200), max: DVec2::splat(1e200), restitution: 1.0 };
+
     /// Distance of a disc's surface from a wall, m; negative = beyond it.
     pub fn gap(&self, side: Side, disc: &Disc) -> f64 {
         let DVec2 { x, y } = disc.position;

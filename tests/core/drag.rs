@@ -6,6 +6,7 @@ use carom::motion::drag::slowing::{Slowing, straight_span};
 use carom::motion::drag::{Drag, Straight};
 use carom::motion::events::Events;
 use carom::motion::plain::Plain;
+use carom::plan::parts::{Part, Parts};
 use carom::plan::{Method, Plan};
 use carom::scene::file;
 use carom::world::{Command, Contact, Disc, Instants, Owner, Partner, Periodic, Report};
@@ -370,10 +371,10 @@ fn without_drag_the_mapping_changes_no_bit() {
     for settings in [box_settings(12.0, 1.0), lossy, periodic(14.0)] {
         for method in [Method::Plain, Method::Events] {
             let mut plan = Plan { method, ..Plan::of(&settings, &discs) };
-            assert!(!plan.drag);
+            assert!(!plan.built.has(Part::Drag));
             let laws = plan.laws(&settings);
             let mut bare = Arena::new(&plan, laws, &discs);
-            plan.drag = true;
+            plan.built = plan.built.and(Parts::only(Part::Drag));
             let mut mapped = Arena::new(&plan, laws, &discs);
             assert!(matches!(mapped, Arena::SlowedPlain(_) | Arena::SlowedEvents(_)));
             let (mut ours, mut judged) = (Vec::new(), Vec::new());

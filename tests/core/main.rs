@@ -14,6 +14,7 @@ mod methods;
 mod motion;
 mod near;
 mod periodic;
+mod plan;
 mod precise;
 mod receive;
 mod resolve;

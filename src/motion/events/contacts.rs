@@ -90,7 +90,7 @@ impl Events {
         };
         let restitution = self.restitution(self.laws.restitution, &[i, j]);
         let share = MassFractions::of(self.masses.get(i), self.masses.get(j));
-        let exchange = exchange(d, velocities, restitution, &share);
+        let exchange = exchange(d, velocities, restitution, &share, !self.lossy);
         let reach = self.radii.get(i) + self.radii.get(j);
         let excess = exchange.square - reach * reach;
         // Grazing to rounding, moved from outside, or without a normal.
@@ -101,7 +101,7 @@ impl Events {
             return self.collide_together::<U>(i, j, witness);
         }
         self.note_distance(i, j, excess);
-        if restitution < 1.0 || self.guests {
+        if self.lossy || self.guests {
             self.book(i, j, &exchange, restitution);
         }
         witness.see(|| self.record(i, j, d, &exchange, restitution));

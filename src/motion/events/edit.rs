@@ -1,11 +1,12 @@
 //! What is asked from outside between events: other velocities, discs that come, move and go.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use glam::DVec2;
 
 use super::levels::Grids;
-use super::{Each, Events, Flight, LONG_AGO, brings_energy, grids};
+use super::{Each, Events, Flight, LONG_AGO, grids};
+use crate::plan::parts::brings_energy;
 use crate::world::{Disc, DiscId, Owner};
 
 impl Events {
@@ -59,7 +60,7 @@ impl Events {
             self.radii.push(disc.radius, k);
             self.masses.push(disc.mass, k);
             self.relate_excess(equal);
-            if self.laws.contact_time > 0.0 {
+            if self.laws.contact_time > 0.0 || !self.last.is_empty() {
                 self.last.push(LONG_AGO);
             }
             self.index.iter_mut().for_each(|index| {
@@ -141,9 +142,13 @@ impl Events {
     }
 
     fn find(&mut self, owner: Owner, id: DiscId) -> Option<usize> {
+        self.make_index().get(&(owner, id)).copied()
+    }
+
+    /// Where the disc of each id is, made when somebody asks.
+    pub(super) fn make_index(&mut self) -> &HashMap<(Owner, DiscId), usize> {
         let keys = || self.owners.iter().copied().zip(self.ids.iter().copied());
-        let index = self.index.get_or_insert_with(|| keys().zip(0..).collect());
-        index.get(&(owner, id)).copied()
+        self.index.get_or_insert_with(|| keys().zip(0..).collect())
     }
 }
 

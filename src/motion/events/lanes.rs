@@ -51,6 +51,9 @@ pub struct Wrap {
 }
 
 impl Wrap {
+    /// One that leaves every difference as it is.
+    pub const NONE: Self = Self { size: DVec2::ONE, per_size: DVec2::ZERO };
+
     /// Of a box of this size, m.
     pub fn new(size: DVec2) -> Self {
         Self { size, per_size: size.recip() }

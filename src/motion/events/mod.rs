@@ -40,7 +40,8 @@ use super::energy::EnergyAccount;
 use super::plain::{Laws, Stall};
 use super::{Nobody, Witness};
 use crate::exact::{RunningSum, UNIT_ROUNDOFF, power_of_two_near};
-use crate::world::{Contact, Disc, DiscId, Owner, limits};
+use crate::plan::parts::{Part, Parts};
+use crate::world::{Contact, Disc, DiscId, Owner, Walls, limits};
 use calendar::Calendar;
 use cells::{Border, Cells, Needs, Place};
 use fall::Fall;
@@ -141,13 +142,8 @@ enum Each {
 }
 
 impl Each {
-    fn of(values: impl Iterator<Item = f64> + Clone) -> Self {
-        let first = values.clone().next().unwrap_or(1.0);
-        if values.clone().all(|value| value == first) {
-            Self::Same(first)
-        } else {
-            Self::Own(values.collect())
-        }
+    fn of(mut values: impl Iterator<Item = f64>, differ: bool) -> Self {
+        if differ { Self::Own(values.collect()) } else { Self::Same(values.next().unwrap_or(1.0)) }
     }
 
     #[inline(always)]
@@ -188,6 +184,8 @@ pub struct Events {
     guests: bool,
     /// What falls, where there is gravity.
     fall: Option<Fall>,
+    /// Whether contacts may lose energy, so that each is booked.
+    lossy: bool,
     /// Where a disc of an id is, once somebody asked.
     index: Option<HashMap<(Owner, DiscId), usize>>,
     cells: Cells,
@@ -206,6 +204,8 @@ pub struct Events {
     reach: f64,
     lanes: Lanes,
     wrap: Option<Wrap>,
+    /// Whether that is asked where no border can lie between.
+    wrap_inside: bool,
     /// Start of the epoch, s.
     base: f64,
     /// The present, s from the start of the epoch.
@@ -239,9 +239,6 @@ const EPOCH: f64 = 8.0;
 /// 1e-13 of one.
 const FAR: f64 = 1024.0;
 
-/// From so many discs on, memory is slower than looking ahead.
-const AHEAD_FROM: usize = 30_000;
-
 /// What counts as one instant for the budget of events, in epochs.
 const INSTANT: f64 = 1e-11;
 
@@ -258,6 +255,13 @@ impl Events {
 
     /// An arena at time 0, of a scene that [suits](Self::suits) the method.
     pub fn new(laws: Laws, discs: &[Disc]) -> Self {
+        Self::with(laws, discs, Parts::needed(&laws, discs))
+    }
+
+    /// The same with these parts, among them all that it needs.
+    pub fn with(laws: Laws, discs: &[Disc], parts: Parts) -> Self {
+        let records = if parts.has(Part::ContactTime) { discs.len() } else { 0 };
+        let periodic = laws.periodic.map(|periodic| Wrap::new(periodic.size()));
         let Grids { cells, levels, diameter, needs } = grids(&laws, discs);
         let (mut day, days) = days(&needs, discs);
         let fall = laws.gravity.map(Fall::new);
@@ -268,12 +272,13 @@ impl Events {
             laws,
             flights: pages::with_room_for(discs.len()),
             dues: pages::with_room_for(discs.len()),
-            radii: Each::of(discs.iter().map(|disc| disc.radius)),
-            masses: Each::of(discs.iter().map(|disc| disc.mass)),
+            radii: Each::of(discs.iter().map(|disc| disc.radius), parts.has(Part::Radii)),
+            masses: Each::of(discs.iter().map(|disc| disc.mass), parts.has(Part::Masses)),
             ids: discs.iter().map(|disc| disc.id).collect(),
             owners: vec![Owner::Simulated; discs.len()],
-            last: if laws.contact_time > 0.0 { vec![LONG_AGO; discs.len()] } else { Vec::new() },
-            guests: discs.iter().any(brings_energy),
+            last: vec![LONG_AGO; records],
+            guests: parts.has(Part::Observed),
+            lossy: parts.has(Part::Restitution),
             fall,
             index: None,
             cells,
@@ -285,7 +290,8 @@ impl Events {
             near: Default::default(),
             reach: 0.0,
             lanes: Lanes::best(),
-            wrap: laws.periodic.map(|periodic| Wrap::new(periodic.size())),
+            wrap: periodic.or(parts.has(Part::Periodic).then_some(Wrap::NONE)),
+            wrap_inside: parts.has(Part::WrapInside) || laws.periodic.is_none(),
             base: 0.0,
             now: 0.0,
             events: 0,
@@ -296,7 +302,7 @@ impl Events {
             same_instant: 0.0,
             busy: 0,
             stalled: 0,
-            ahead: discs.len() >= AHEAD_FROM,
+            ahead: parts.has(Part::Ahead),
             energy: EnergyAccount::default(),
             excess: (0.0, 0.0),
             contacts: 0,
@@ -304,6 +310,9 @@ impl Events {
         arena.energy.book(discs.iter().map(Disc::kinetic_energy).collect::<RunningSum>().value());
         discs.iter().for_each(|disc| arena.push_flight(disc));
         arena.renew_grid();
+        if parts.has(Part::Commands) {
+            arena.make_index();
+        }
         arena
     }
 
@@ -593,11 +602,6 @@ impl Events {
     }
 }
 
-/// Whether contacts with it bring in energy that nobody can tell from error.
-fn brings_energy(disc: &Disc) -> bool {
-    disc.mass.is_infinite() && disc.velocity != DVec2::ZERO
-}
-
 /// Entries of a day when it comes: few enough to sort in the first cache, so many that one can look
 /// ahead.
 fn entries_per_day(discs: usize) -> f64 {
@@ -628,7 +632,8 @@ fn grids(laws: &Laws, discs: &[Disc]) -> Grids {
 
 fn needs(laws: &Laws, discs: &[Disc]) -> Needs {
     let diameter = 2.0 * discs.iter().map(|disc| disc.radius).fold(0.0, f64::max);
-    let (min, max, border) = match (laws.walls, laws.periodic) {
+    let walls = laws.walls.filter(|walls| *walls != Walls::FAR_AWAY);
+    let (min, max, border) = match (walls, laws.periodic) {
         (Some(walls), _) => (walls.min, walls.max, Border::Closed),
         (_, Some(periodic)) => (periodic.min, periodic.max, Border::Periodic(periodic)),
         _ => {

@@ -22,7 +22,7 @@ macro_rules! sight {
             reach: $arena.reach,
             square: $arena.reach * $arena.reach,
             now: $arena.now,
-            wrap: if $beyond_border { $arena.wrap } else { None },
+            wrap: if $beyond_border || $arena.wrap_inside { $arena.wrap } else { None },
             instant: $arena.same_instant,
         }
     };
