@@ -71,7 +71,7 @@ impl Told<'_> {
             _ if count <= ALL_PAIRS_UP_TO => {
                 format!("{}, all pairs pay up to {ALL_PAIRS_UP_TO}", pucks(count))
             }
-            _ => "gravity, extreme units or a small periodic box: events has none of them".into(),
+            _ => "extreme units or a small periodic box: events has none of them".into(),
         }
     }
 

@@ -284,7 +284,7 @@ impl Lanes {
         }
     }
 
-    /// [`Events::renew_all`] with it.
+    /// Predicts these discs again, with it.
     pub fn renew_all(self, arena: &mut Events, discs: &[usize]) {
         match self.0 {
             Kind::OneByOne => arena.renew_all::<OneByOne>(discs),

@@ -6,13 +6,13 @@
 //! what other discs expected of these two is not taken back but found out of date when its time
 //! comes: the partner then flies otherwise. (After Smallenburg,
 //! doi:10.1140/epje/s10189-022-00180-8, with cells instead of neighbour lists.) Where sizes differ
-//! so much that cells for the largest discs would be crowded, there are several [levels] of them.
+//! so much that cells for the largest discs would be crowded, there are several levels of them.
 //!
 //! Flights are kept as they would have been at the start of the present epoch: to know where a disc
 //! is takes one product, and no time of its own. At the end of an epoch all are carried on to the
 //! next, and the days of the calendar are fitted to what happened.
 //!
-//! Under gravity flights are kept as if there were none, and what it adds is for [`fall`].
+//! Under gravity flights are kept as if there were none, and what it adds is for `fall`.
 //!
 //! The laws and policies are those of the plain method, its judge, which agrees event for event
 //! until rounding has grown; extreme units are left to that. The arithmetic has no
