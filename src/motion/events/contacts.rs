@@ -164,7 +164,7 @@ impl Events {
         self.excess.1 = if excess > self.excess.1 { excess } else { self.excess.1 };
     }
 
-    fn is_guest(&self, k: usize) -> bool {
+    pub(super) fn is_guest(&self, k: usize) -> bool {
         self.owners[k] == Owner::Observed
     }
 

@@ -161,13 +161,21 @@ impl Events {
         block: &Block,
     ) -> Meeting {
         // Touching already: whether they approach is a question of rounding.
-        if meeting.time <= self.now || self.guests || self.cells.is_spilled() {
+        let with_care = meeting.time <= self.now || self.cells.is_spilled();
+        if with_care || self.guests && self.is_near_guest(of, k) {
             return self.earliest_with_care(of, k, place, block);
         }
         if self.fall.is_some() {
             return self.among_odd(of, k, meeting);
         }
         meeting
+    }
+
+    /// Whether a disc is, or is near, one with which not all contacts are ours to resolve.
+    #[cold]
+    fn is_near_guest(&self, of: usize, k: usize) -> bool {
+        let near = self.near[of].discs().iter().map(|&other| other as usize);
+        near.chain([k]).any(|k| self.is_guest(k) || self.masses.get(k).is_infinite())
     }
 
     /// The same, with a look at who the others are.
