@@ -30,6 +30,33 @@ impl Twins {
         Self { events: Events::new(laws, discs), plain: Plain::new(laws, discs, plan.epoch) }
     }
 
+    /// Commands to discs 0 to 49; a wide observed circle that sweeps through, one that comes and
+    /// goes.
+    pub fn run_with_commands_and_guests(&mut self) -> (Vec<Contact>, Vec<Contact>) {
+        let mut random = Random::new(9);
+        let (mut ours, mut judged) = (Vec::new(), Vec::new());
+        for k in 1..40 {
+            let until = 0.05 * f64::from(k);
+            self.events.advance(until, &mut ours).expect("no stall");
+            self.plain.advance(until, &mut judged).expect("no stall");
+            let (id, velocity) = (random.below(50) as u32, random.vector(2.0));
+            self.events.set_velocity(id, velocity);
+            self.plain.set_velocity(id, velocity);
+            let x = 0.3 * f64::from(k);
+            let guest = disc(900, [x, 6.0], [6.0, 0.0], 0.8, 50.0);
+            let other = disc(901, [6.0, x], [0.0, 6.0], 0.3, f64::INFINITY);
+            for guest in [Some(guest), (k % 10 < 5).then_some(other)].into_iter().flatten() {
+                self.events.observe(guest);
+                self.plain.observe(guest);
+            }
+            if k % 10 == 5 {
+                self.events.forget(&[901].into());
+                self.plain.forget(&[901].into());
+            }
+        }
+        (ours, judged)
+    }
+
     pub fn run(&mut self, until: f64) -> (Vec<Contact>, Vec<Contact>) {
         let (mut ours, mut judged) = (Vec::new(), Vec::new());
         while self.events.now() < until {
@@ -213,29 +240,8 @@ fn looking_at_discs_that_hardly_move_changes_nothing() {
 fn commands_and_observed_discs_act_at_once() {
     let discs = gas(4, 50, 12.0, (0.3, 0.3), (1.0, 1.0));
     let settings = box_settings(12.0, 1.0);
-    let mut random = Random::new(9);
     let mut twins = Twins::new(&settings, &discs);
-    let (mut ours, mut judged) = (Vec::new(), Vec::new());
-    for k in 1..40 {
-        let until = 0.05 * f64::from(k);
-        twins.events.advance(until, &mut ours).expect("no stall");
-        twins.plain.advance(until, &mut judged).expect("no stall");
-        let (id, velocity) = (random.below(50) as u32, random.vector(2.0));
-        twins.events.set_velocity(id, velocity);
-        twins.plain.set_velocity(id, velocity);
-        // A wide observed circle that sweeps through, and one that comes and goes.
-        let x = 0.3 * f64::from(k);
-        let guest = disc(900, [x, 6.0], [6.0, 0.0], 0.8, 50.0);
-        let other = disc(901, [6.0, x], [0.0, 6.0], 0.3, f64::INFINITY);
-        for guest in [Some(guest), (k % 10 < 5).then_some(other)].into_iter().flatten() {
-            twins.events.observe(guest);
-            twins.plain.observe(guest);
-        }
-        if k % 10 == 5 {
-            twins.events.forget(&[901].into());
-            twins.plain.forget(&[901].into());
-        }
-    }
+    let (ours, judged) = twins.run_with_commands_and_guests();
     let partners = |contacts: &[Contact]| -> Vec<(u32, Partner)> {
         contacts.iter().map(|contact| (contact.a, contact.b)).collect()
     };

@@ -1,13 +1,11 @@
 //! The event-driven method under gravity, judged by the plain one, closed forms and the energy.
 
-use std::collections::HashSet;
-
 use carom::motion::events::{Events, Lanes};
 use carom::plan::{Method, Plan};
 use carom::world::{Contact, Disc, Owner, Partner, Settings, Side};
 use glam::DVec2;
 
-use crate::common::{Random, box_settings, disc, gas};
+use crate::common::{box_settings, disc, gas};
 use crate::events::{Twins, check, is_same, laws};
 
 const DOWN: [f64; 2] = [0.0, -2.0];
@@ -261,29 +259,8 @@ fn looking_between_events_changes_nothing_on_any_processor() {
 #[test]
 fn commands_and_observed_discs_act_at_once() {
     let discs = gas(4, 50, 12.0, (0.3, 0.3), (1.0, 1.0));
-    let mut random = Random::new(9);
     let mut twins = Twins::new(&tilted(12.0, 1.0, DOWN), &discs);
-    let (mut ours, mut judged) = (Vec::new(), Vec::new());
-    for k in 1..40 {
-        let until = 0.05 * f64::from(k);
-        twins.events.advance(until, &mut ours).expect("no stall");
-        twins.plain.advance(until, &mut judged).expect("no stall");
-        let (id, velocity) = (random.below(50) as u32, random.vector(2.0));
-        twins.events.set_velocity(id, velocity);
-        twins.plain.set_velocity(id, velocity);
-        let x = 0.3 * f64::from(k);
-        let guest = disc(900, [x, 6.0], [6.0, 0.0], 0.8, 50.0);
-        let other = disc(901, [6.0, x], [0.0, 6.0], 0.3, f64::INFINITY);
-        for guest in [Some(guest), (k % 10 < 5).then_some(other)].into_iter().flatten() {
-            twins.events.observe(guest);
-            twins.plain.observe(guest);
-        }
-        if k % 10 == 5 {
-            let gone: HashSet<u32> = [901].into();
-            twins.events.forget(&gone);
-            twins.plain.forget(&gone);
-        }
-    }
+    let (ours, judged) = twins.run_with_commands_and_guests();
     assert!(judged.len() > 100, "{}", judged.len());
     let same = ours.iter().zip(&judged).take_while(is_same).count();
     assert_eq!((same, ours.len()), (judged.len(), judged.len()));

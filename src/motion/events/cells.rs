@@ -171,12 +171,6 @@ impl Cells {
         }
     }
 
-    /// The same cells without a disc.
-    pub fn empty(&self) -> Self {
-        let numbers = vec![EMPTY; self.numbers.len()];
-        Self { numbers, beyond: HashMap::new(), ..self.clone() }
-    }
-
     /// Columns or rows, whichever are fewer.
     pub fn lines_min(&self) -> u16 {
         self.columns.min(self.rows)

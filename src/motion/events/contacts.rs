@@ -23,17 +23,15 @@ impl Events {
     /// The contact that a disc is due for.
     #[inline(always)]
     pub(super) fn meet<U: Unit>(&mut self, k: usize, due: Due, witness: &mut impl Witness) {
-        let partner = due.partner & !TIE;
-        if partner >= WALL {
-            self.bounce_off::<U>(k, SIDES[(partner & 3) as usize], witness);
-        } else if self.flights[partner as usize].stamp() != due.stamp {
+        let met = due.met();
+        if met >= WALL as usize {
+            self.bounce_off::<U>(k, SIDES[met & 3], witness);
+        } else if self.is_stale(&due) {
             U::renew(self, k, f64::NAN);
-        } else if (due.partner | self.dues[partner as usize].partner) & TIE != 0
-            || self.is_crowded(k, partner as usize)
-        {
-            self.collide_together::<U>(k, partner as usize, witness);
+        } else if (due.partner | self.dues[met].partner) & TIE != 0 || self.is_crowded(k, met) {
+            self.collide_together::<U>(k, met, witness);
         } else {
-            self.collide::<U>(k, partner as usize, witness);
+            self.collide::<U>(k, met, witness);
         }
     }
 
@@ -296,8 +294,8 @@ impl Events {
     /// The disc that another is due to meet, or that other itself.
     #[inline(always)]
     fn partner_or(&self, due: &Due, k: usize) -> usize {
-        let partner = (due.partner & !TIE) as usize;
-        if partner < self.flights.len() { partner } else { k }
+        let met = due.met();
+        if met < self.flights.len() { met } else { k }
     }
 
     #[inline(always)]

@@ -15,7 +15,7 @@ use glam::DVec2;
 
 use super::lanes::{Meeting, Unit};
 use super::predict::until;
-use super::{Events, FAR, Flight, Laws, Place, TIE};
+use super::{Due, Events, FAR, Flight, Laws, Place};
 use crate::detect::falling::{Approach, falling_pair_impact, time_to_fall};
 use crate::exact::{RunningSum, UNIT_ROUNDOFF};
 use crate::motion::Witness;
@@ -166,7 +166,7 @@ impl Events {
 
     /// Who expects to meet a disc is wrong, though it seems to fly as before.
     pub(super) fn expect_otherwise(&mut self, k: usize) {
-        let met = self.dues.iter_mut().filter(|due| (due.partner & !TIE) as usize == k);
+        let met = self.dues.iter_mut().filter(|due| due.met() == k);
         met.for_each(|due| due.stamp = !due.stamp);
     }
 
@@ -174,10 +174,8 @@ impl Events {
     /// then; what was expected of them holds as before.
     pub(super) fn carry_falling(&mut self, by: f64) {
         let Some(fall) = &self.fall else { return };
-        let flight_of = |flights: &[Flight], partner: u32| {
-            flights.get((partner & !TIE) as usize).map(Flight::stamp)
-        };
-        let holds = |due: &super::Due| flight_of(&self.flights, due.partner) == Some(due.stamp);
+        let stamp_of = |flights: &[Flight], due: &Due| flights.get(due.met()).map(Flight::stamp);
+        let holds = |due: &Due| stamp_of(&self.flights, due) == Some(due.stamp);
         let held: Vec<bool> = self.dues.iter().map(holds).collect();
         for (k, flight) in self.flights.iter_mut().enumerate() {
             let gained = fall.acceleration(k) * by;
@@ -186,7 +184,7 @@ impl Events {
             *flight = Flight { x: start.x, y: start.y, vx, vy };
         }
         for (due, held) in self.dues.iter_mut().zip(held) {
-            if let Some(stamp) = flight_of(&self.flights, due.partner) {
+            if let Some(stamp) = stamp_of(&self.flights, due) {
                 due.stamp = if held { stamp } else { !stamp };
             }
         }

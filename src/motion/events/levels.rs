@@ -23,7 +23,7 @@ use glam::DVec2;
 
 use super::cells::{Block, Border, Cells, Needs, ROOM_MAX, widths};
 use super::lanes::{Meeting, NOBODY, Unit};
-use super::{Due, Events, TIE, WALL};
+use super::{Due, Events, TIE};
 use crate::world::Disc;
 
 /// Discs of a cell from which on one level is not enough.
@@ -125,7 +125,7 @@ fn on_levels(needs: &Needs, discs: &[Disc], share: f64) -> Option<Grids> {
     levels.hollow = vec![false; discs.len()];
     levels.rings = vec![None; discs.len()];
     let celled = levels.coarser.len();
-    levels.rims = (0..celled).map(|level| levels.grid(&cells, level).empty()).collect();
+    levels.rims = (0..celled).map(|level| levels.grid(&cells, level).clone()).collect();
     Some(Grids { cells, levels, diameter: needs.diameter, needs: finest })
 }
 
@@ -433,9 +433,7 @@ impl Events {
         cells.remove(due.place, k as u32);
         cells.add(place, k as u32);
         self.dues[k].place = place;
-        let partner = (due.partner & !TIE) as usize;
-        let is_stale = partner < WALL as usize && self.flights[partner].stamp() != due.stamp;
-        if level > 0 || is_stale {
+        if level > 0 || self.is_stale(&due) {
             return U::renew(self, k, f64::NAN);
         }
         let ahead = self.cells.ahead(place, along_x, up);
@@ -445,16 +443,8 @@ impl Events {
 
     /// Discs that leave no cell come back into a periodic box here.
     fn come_into_box(&mut self, k: usize, level: usize) {
-        if let Some(periodic) = self.laws.periodic
-            && self.levels.boundless
-            && level == self.levels.coarser.len()
-        {
-            let position = self.flights[k].at(self.now);
-            let shift = periodic.inside(position) - position;
-            let flight = &mut self.flights[k];
-            if shift != DVec2::ZERO {
-                (flight.x, flight.y) = (flight.x + shift.x, flight.y + shift.y);
-            }
+        if self.levels.boundless && level == self.levels.coarser.len() {
+            self.bring_inside(k);
         }
     }
 
@@ -472,7 +462,7 @@ impl Events {
         });
         self.levels.blocks = blocks;
         // Who was known already is seen again at the same time but for rounding.
-        let is_known = found.with == due.partner & !TIE;
+        let is_known = found.with as usize == due.met();
         if is_known && found.time + self.same_instant >= due.contact {
             due.partner |= if found.tie { TIE } else { 0 };
         } else {

@@ -122,6 +122,12 @@ impl Due {
     fn time(&self) -> f64 {
         if self.exit < self.contact { self.exit } else { self.contact }
     }
+
+    /// The disc or wall that it meets, whether or not another is met at that instant.
+    #[inline(always)]
+    fn met(&self) -> usize {
+        (self.partner & !TIE) as usize
+    }
 }
 
 /// The last contact of a disc, for the collapse model.

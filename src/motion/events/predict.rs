@@ -33,12 +33,7 @@ impl Events {
     pub(super) fn renew_grid(&mut self) {
         self.dues.clear();
         for k in 0..self.flights.len() {
-            if let Some(periodic) = self.laws.periodic {
-                let flight = &mut self.flights[k];
-                let position = flight.at(self.now);
-                let shift = periodic.inside(position) - position;
-                (flight.x, flight.y) = (flight.x + shift.x, flight.y + shift.y);
-            }
+            self.bring_inside(k);
             let (level, at) = (self.levels.level(k), self.position(k));
             let cells = self.levels.grid_mut(&mut self.cells, level);
             let place = cells.place(at);
@@ -50,6 +45,16 @@ impl Events {
         self.fit_limits();
         let all: Vec<usize> = (0..self.flights.len()).collect();
         self.lanes.renew_all(self, &all);
+    }
+
+    /// Brings a disc back into a periodic box, if it has left one.
+    pub(super) fn bring_inside(&mut self, k: usize) {
+        if let Some(periodic) = self.laws.periodic {
+            let flight = &mut self.flights[k];
+            let position = flight.at(self.now);
+            let shift = periodic.inside(position) - position;
+            (flight.x, flight.y) = (flight.x + shift.x, flight.y + shift.y);
+        }
     }
 
     #[inline(always)]
@@ -66,6 +71,12 @@ impl Events {
         } else {
             self.predict_on_levels::<U>(k);
         }
+        self.note(k, noted);
+    }
+
+    /// Notes in the calendar when a disc is due, if it is not `noted` there already.
+    #[inline(always)]
+    fn note(&mut self, k: usize, noted: f64) {
         let time = self.dues[k].time();
         if time != noted {
             self.calendar.insert(time, k);
@@ -88,11 +99,8 @@ impl Events {
         let b = self.checked(b, 1, j, places[1], &blocks[1]);
         self.take(i, self.due_for(i, a, places[0]));
         self.take(j, self.due_for(j, b, places[1]));
-        self.calendar.insert(self.dues[i].time(), i);
-        let time = self.dues[j].time();
-        if time != noted {
-            self.calendar.insert(time, j);
-        }
+        self.note(i, f64::NAN);
+        self.note(j, noted);
     }
 
     /// Finds the next contact of a disc among those of a block.
@@ -160,15 +168,20 @@ impl Events {
         place: Place,
         block: &Block,
     ) -> Meeting {
-        // Touching already: whether they approach is a question of rounding.
-        let with_care = meeting.time <= self.now || self.cells.is_spilled();
-        if with_care || self.guests && self.is_near_guest(of, k) {
+        if self.cells.is_spilled() || self.is_in_doubt(meeting, of, k) {
             return self.earliest_with_care(of, k, place, block);
         }
         if self.fall.is_some() {
             return self.among_odd(of, k, meeting);
         }
         meeting
+    }
+
+    /// Whether a meeting with one of `near[of]` must be looked at by the rules: they touch already,
+    /// so that it is a question of rounding whether they approach, or somebody is a guest.
+    #[inline(always)]
+    fn is_in_doubt(&self, meeting: Meeting, of: usize, k: usize) -> bool {
+        meeting.time <= self.now || self.guests && self.is_near_guest(of, k)
     }
 
     /// Whether a disc is, or is near, one with which not all contacts are ours to resolve.
@@ -199,7 +212,7 @@ impl Events {
     pub(super) fn earliest_gathered<U: Unit>(&mut self, k: usize) -> Meeting {
         let sight = sight!(self, true);
         let meeting = U::earliest_gathered(&sight, k, &mut self.near[0]);
-        if meeting.time <= self.now || self.guests {
+        if self.is_in_doubt(meeting, 0, k) {
             return self.earliest_of(k, self.near[0].discs(), true);
         }
         meeting
@@ -298,13 +311,19 @@ impl Events {
         self.cells.remove(due.place, k as u32);
         self.cells.add(place, k as u32);
         self.dues[k].place = place;
-        let partner = (due.partner & !TIE) as usize;
-        if partner < WALL as usize && self.flights[partner].stamp() != due.stamp {
+        if self.is_stale(&due) {
             return U::renew(self, k, f64::NAN);
         }
         let ahead = self.cells.ahead(place, along_x, up);
         self.predict_ahead::<U>(k, Due { place, ..due }, &ahead);
-        self.calendar.insert(self.dues[k].time(), k);
+        self.note(k, f64::NAN);
+    }
+
+    /// Whether the disc that is to be met flies otherwise than when that was predicted.
+    #[inline(always)]
+    pub(super) fn is_stale(&self, due: &Due) -> bool {
+        let met = due.met();
+        met < WALL as usize && self.flights[met].stamp() != due.stamp
     }
 
     /// What is known still holds: only the discs in cells that came near are looked at.
