@@ -123,10 +123,12 @@ pub struct Contacts {
 pub struct ErrorReport {
     pub header: Header,
     pub method: String,
+    pub steps: u64,
     pub step_mean_s: f64,
     pub step_p99_s: f64,
     pub step_max_s: f64,
     pub contacts_per_second: f64,
+    pub real_time_factor_asked: f64,
     pub real_time_factor: f64,
     pub energy: f64,
     pub relative_energy_drift: f64,
@@ -134,5 +136,38 @@ pub struct ErrorReport {
     pub largest_overlap: f64,
     pub refused_causes: Vec<String>,
     pub refused_counts: Vec<u64>,
+    pub dropped_in: u64,
+    pub dropped_out: u64,
     pub left_out: Vec<String>,
+}
+
+/// diagnostic_msgs/msg/KeyValue
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct KeyValue {
+    pub key: String,
+    pub value: String,
+}
+
+/// diagnostic_msgs/msg/DiagnosticStatus
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct DiagnosticStatus {
+    pub level: u8,
+    pub name: String,
+    pub message: String,
+    pub hardware_id: String,
+    pub values: Vec<KeyValue>,
+}
+
+impl DiagnosticStatus {
+    /// The value of `level` where all is well.
+    pub const OK: u8 = 0;
+    /// The value of `level` where something is not as it was asked for.
+    pub const WARN: u8 = 1;
+}
+
+/// diagnostic_msgs/msg/DiagnosticArray
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct DiagnosticArray {
+    pub header: Header,
+    pub status: Vec<DiagnosticStatus>,
 }

@@ -43,6 +43,7 @@ beside_others! {
     6 restart
     7 refused
     8 readme
+    9 error_report
 }
 
 #[test]

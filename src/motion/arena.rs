@@ -92,7 +92,7 @@ impl Arena {
         let say = |error: &dyn std::fmt::Display| error.to_string();
         let plain = || Plain::new(laws, discs, plan.epoch);
         let events = || Events::with(laws, discs, plan.built);
-        Ok(match (plan.method, plan.built.has(Part::Drag)) {
+        let mut arena = match (plan.method, plan.built.has(Part::Drag)) {
             (Method::Plain, false) => Self::Plain(Box::new(plain())),
             (Method::Events, false) => Self::Events(Box::new(events())),
             (Method::Plain, true) => Self::SlowedPlain(Box::new(Drag::new(plain()))),
@@ -111,7 +111,11 @@ impl Arena {
                 let springs = Springs::new(laws, discs, plan.spring_stepping(discs.len()));
                 Self::Springs(Box::new(springs.map_err(|error| say(&error))?))
             }
-        })
+        };
+        if plan.built.has(Part::Account) {
+            arena.keep_account();
+        }
+        Ok(arena)
     }
 
     /// Whether pucks meet observed circles: a spring has no instant at which to correct them.
@@ -179,6 +183,54 @@ impl Arena {
                 let smallest = method.discs().map(|disc| disc.radius).fold(f64::INFINITY, f64::min);
                 method.largest_overlap() / smallest
             }
+        }
+    }
+
+    /// The same, m, or a bound of it where radii differ and the method resolves each contact at its
+    /// instant: overlaps are rounding there.
+    pub fn largest_overlap_m(&self) -> f64 {
+        match self {
+            Self::Springs(method) => method.largest_overlap(),
+            Self::Steps(method) => method.largest_overlap_m(),
+            _ => self.largest_overlap() * self.second_largest_radius(),
+        }
+    }
+
+    /// The largest smaller radius of any pair of simulated discs, m.
+    fn second_largest_radius(&self) -> f64 {
+        let (mut first, mut second) = (0.0f64, 0.0f64);
+        for Disc { radius, .. } in self.discs(Owner::Simulated) {
+            second = second.max(radius.min(first));
+            first = first.max(radius);
+        }
+        second
+    }
+
+    /// Keeps account of the momentum from now on, where the method can.
+    pub fn keep_account(&mut self) {
+        match self {
+            Self::Plain(method) => method.keep_momentum(),
+            Self::Events(method) => method.keep_momentum(),
+            Self::SlowedPlain(method) => method.keep_momentum(),
+            Self::SlowedEvents(method) => method.keep_momentum(),
+            Self::Ticks(method) => method.keep_momentum(),
+            Self::Steps(method) => method.keep_momentum(),
+            Self::Springs(_) => {}
+        }
+    }
+
+    /// Momentum of the simulated discs of finite mass gained by error, with all impulses from
+    /// outside accounted for since [`Self::keep_account`], N s; `None` = no account: nobody asked,
+    /// or springs, whose walls push for a time.
+    pub fn momentum_drift(&self) -> Option<DVec2> {
+        match self {
+            Self::Plain(method) => method.momentum_drift(),
+            Self::Events(method) => method.momentum_drift(),
+            Self::SlowedPlain(method) => method.momentum_drift(),
+            Self::SlowedEvents(method) => method.momentum_drift(),
+            Self::Ticks(method) => method.momentum_drift(),
+            Self::Steps(method) => method.momentum_drift(),
+            Self::Springs(_) => None,
         }
     }
 

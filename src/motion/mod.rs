@@ -30,7 +30,7 @@
 //!
 //! Each is made from laws, discs and how to go on; `advance(until, &mut contacts)` moves it,
 //! `discs()` shows it, `now()` says how far it came. [`clock`] keeps the times of events exact;
-//! [`energy`] tells drift, which is error, from work, which is physics.
+//! [`energy`] and [`momentum`] tell drift, which is error, from work, which is physics.
 
 pub mod arena;
 
@@ -51,6 +51,8 @@ pub mod drag;
 pub mod clock;
 
 pub mod energy;
+
+pub mod momentum;
 
 use crate::world::Contact;
 

@@ -11,7 +11,9 @@ use std::net::Ipv4Addr;
 
 use futures::Stream;
 use ros2_client::qos::{History, QosProfile, WhenFull};
-use ros2_client::{Context, MessageTypeName, Name, Node, NodeName, NodeOptions, WriteError};
+use ros2_client::{
+    Context, Gid, MessageInfo, MessageTypeName, Name, Node, NodeName, NodeOptions, WriteError,
+};
 use rustdds::{
     DomainParticipantBuilder, DomainParticipantStatusEvent, DomainParticipantStatusListener, GUID,
     RTPSEntity, StatusEvented,
@@ -20,7 +22,9 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::farewell;
-use crate::messages::{CircleStates, CircleVelocities, Contacts, Twist};
+use crate::messages::{
+    CircleStates, CircleVelocities, Contacts, DiagnosticArray, ErrorReport, Twist,
+};
 
 /// Largest domain whose ports fit into 16 bits; RustDDS overflows silently above it.
 pub const DOMAIN_ID_MAX: u16 = 232;
@@ -120,6 +124,8 @@ ros_messages! {
     "carom" CircleStates
     "carom" CircleVelocities
     "carom" Contacts
+    "carom" ErrorReport
+    "diagnostic_msgs" DiagnosticArray
     "geometry_msgs" Twist
 }
 
@@ -188,7 +194,7 @@ impl Ros {
             .node
             .create_subscription(&topic_handle, Some(qos))
             .map_err(|e| cannot_open(topic, &e))?;
-        Ok(Subscription { inner })
+        Ok(Subscription { inner, numbers: Numbers::default() })
     }
 
     /// Leaves the graph at once: call it when all publishers and subscriptions are dropped.
@@ -287,17 +293,64 @@ impl<M: RosMessage> Publisher<M> {
 /// Reads messages of one type from one topic.
 pub struct Subscription<M: RosMessage> {
     inner: ros2_client::Subscription<M>,
+    numbers: Numbers,
+}
+
+/// What was read, and how many messages before it never were.
+pub struct Received<M> {
+    /// The message.
+    pub message: Result<M, DdsError>,
+    /// Lost on the way, or overwritten unread.
+    pub dropped: u64,
 }
 
 impl<M: RosMessage> Subscription<M> {
     /// All messages from now on; it never ends.
-    pub fn into_stream(self) -> impl Stream<Item = Result<M, DdsError>> {
-        futures::stream::unfold(self, async |subscription| {
-            let taken = subscription.inner.async_take().await;
-            let message = taken.map(|(message, _info)| message);
-            let message = message.map_err(|e| DdsError::Undecodable(e.to_string()));
-            Some((message, subscription))
+    pub fn into_stream(self) -> impl Stream<Item = Received<M>> {
+        futures::stream::unfold(self, async |mut subscription| {
+            let received = match subscription.inner.async_take().await {
+                Ok((message, info)) => {
+                    let dropped = subscription.numbers.missing_before(&info);
+                    Received { message: Ok(message), dropped }
+                }
+                Err(error) => {
+                    subscription.numbers.unknown += 1;
+                    let error = DdsError::Undecodable(error.to_string());
+                    Received { message: Err(error), dropped: 0 }
+                }
+            };
+            Some((received, subscription))
         })
+    }
+}
+
+/// Publishers whose numbers are kept: those that come and go must not fill the memory.
+const PUBLISHERS_KNOWN: usize = 1_000;
+
+/// The numbers that publishers give to their messages: what is missing between two was lost, or
+/// overwritten before it was read. DDS tells neither in another way here.
+#[derive(Default)]
+struct Numbers {
+    last: HashMap<Gid, i64>,
+    /// Messages read that told no number.
+    unknown: u64,
+}
+
+impl Numbers {
+    /// How many messages of its publisher are missing before this one; none before the first.
+    fn missing_before(&mut self, info: &MessageInfo) -> u64 {
+        self.missing(info.publisher_gid(), info.sequence_number())
+    }
+
+    fn missing(&mut self, publisher: Gid, number: i64) -> u64 {
+        if self.last.len() >= PUBLISHERS_KNOWN && !self.last.contains_key(&publisher) {
+            self.last.clear();
+        }
+        let last = self.last.insert(publisher, number).unwrap_or(number);
+        let gap = number.saturating_sub(last).saturating_sub(1).max(0).unsigned_abs();
+        let read = gap.min(self.unknown);
+        self.unknown -= read;
+        gap - read
     }
 }
 

@@ -3,11 +3,13 @@
 //!
 //! Subscriptions only hand messages over; the loop steps the world, at once for a message and at
 //! every tick for the arena; results leave as arrays. `dds` is the door to ROS 2, `pace` maps
-//! wall time to simulated time, `status` is the line that a person watches.
+//! wall time to simulated time, `status` is the line that a person watches, `live` the report that
+//! goes out once a second.
 
 mod complaints;
 mod dds;
 mod farewell;
+mod live;
 mod outputs;
 mod pace;
 mod status;
@@ -20,12 +22,14 @@ use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::time::MissedTickBehavior;
 
 use crate::messages::{CircleStates, Header, Twist};
-use crate::motion::arena::Halt;
-use crate::receive;
+use crate::motion::arena::{Arena, Halt};
+use crate::publish::error_report::Totals;
+use crate::receive::{self, Cause};
 use crate::scene::Scene;
 use crate::world::{Answer, Command, DiscId, Instants, Outcome, World};
 use complaints::Complaints;
-use dds::{DdsError, Reach, Ros};
+use dds::{DdsError, Reach, Received, Ros};
+use live::Live;
 use outputs::Outputs;
 use pace::Pace;
 use status::Status;
@@ -154,8 +158,8 @@ impl Stop {
 
 /// Something that arrived.
 enum Input {
-    Circles { topic: String, message: Result<CircleStates, DdsError> },
-    Velocity { topic: String, id: DiscId, message: Result<Twist, DdsError> },
+    Circles { topic: String, received: Received<CircleStates> },
+    Velocity { topic: String, id: DiscId, received: Received<Twist> },
 }
 
 /// All subscriptions as one stream.
@@ -167,14 +171,14 @@ impl Inputs {
         for topic in &scene.node.circle_topics {
             let messages = ros.subscription::<CircleStates>(topic, INPUT_DEPTH)?.into_stream();
             let topic = topic.clone();
-            let input = move |message| Input::Circles { topic: topic.clone(), message };
+            let input = move |received| Input::Circles { topic: topic.clone(), received };
             streams.push(messages.map(input).boxed_local());
         }
         for puck in scene.pucks.iter().filter(|puck| puck.driven) {
             let topic = format!("pucks/{}/cmd_vel", puck.name);
             let messages = ros.subscription::<Twist>(&topic, 1)?.into_stream();
             let id = puck.disc.id;
-            let input = move |message| Input::Velocity { topic: topic.clone(), id, message };
+            let input = move |received| Input::Velocity { topic: topic.clone(), id, received };
             streams.push(messages.map(input).boxed_local());
         }
         Ok(Self(select_all(streams)))
@@ -195,6 +199,11 @@ struct Runner<'a> {
     retry_at: Instant,
     status: Status,
     complaints: Complaints,
+    live: Live,
+    /// Messages that never reached the loop.
+    dropped: u64,
+    /// When the last step ended.
+    stepped_at: Instant,
 }
 
 impl<'a> Runner<'a> {
@@ -215,6 +224,9 @@ impl<'a> Runner<'a> {
             retry_at: start,
             status,
             complaints,
+            live: Live::new(scene, options.rate, start),
+            dropped: 0,
+            stepped_at: start,
         }
     }
 
@@ -229,9 +241,11 @@ impl<'a> Runner<'a> {
                 () = stop.asked() => break,
                 _ = status.tick() => self.status.write(self.world.arena(), Instant::now()),
                 Some(input) = inputs.0.next() => self.handle(input),
-                () = wake_at(self.next_wake()) => {}
+                () = wake_at(self.next_wake().min(self.live.due())) => {}
             }
-            self.tick_if_due();
+            let now = Instant::now();
+            self.tick_if_due(now);
+            self.report_if_due(now);
         }
         self.complaints.settle();
         self.status.finish(self.world.arena(), Instant::now());
@@ -269,8 +283,8 @@ impl<'a> Runner<'a> {
     }
 
     /// Advances the arena to its next tick when that is due, and publishes its state there.
-    fn tick_if_due(&mut self) {
-        let (now, tick) = (Instant::now(), self.next_tick());
+    fn tick_if_due(&mut self, now: Instant) {
+        let tick = self.next_tick();
         if self.world.arena().is_none() || self.pace.due(now) < tick || now < self.retry_at {
             return;
         }
@@ -283,39 +297,67 @@ impl<'a> Runner<'a> {
             self.ticks += 1;
             self.stall = None;
         }
-        self.pace.reached(reached, Instant::now());
+        self.pace.reached(reached, self.stepped_at);
+    }
+
+    /// Says how the last second went, if somebody listens.
+    fn report_if_due(&mut self, now: Instant) {
+        if now < self.live.due() {
+            return;
+        }
+        let arena = self.world.arena();
+        let totals = Totals {
+            simulated: arena.map_or(0.0, Arena::now),
+            contacts: self.status.contacts(arena),
+            refused: self.complaints.refused(),
+            dropped_in: self.dropped,
+            dropped_out: self.complaints.unsent_count(),
+        };
+        let is_heard = self.outputs.reports_are_heard();
+        let told = self.live.tell(is_heard, totals, (self.scene, &mut self.world), now);
+        told.iter().for_each(|told| self.outputs.report(told, &mut self.complaints));
     }
 
     fn handle(&mut self, input: Input) {
         match input {
-            Input::Circles { topic, message } => match message {
-                Ok(message) => self.observe(&topic, message),
-                Err(error) => self.complaints.refuse(&topic, &error),
-            },
-            Input::Velocity { topic, id, message } => match message {
-                Ok(twist) => match receive::velocity(&twist) {
+            Input::Circles { topic, received } => {
+                if let Some(message) = self.read(&topic, received) {
+                    self.observe(&topic, message);
+                }
+            }
+            Input::Velocity { topic, id, received } => {
+                let Some(twist) = self.read(&topic, received) else { return };
+                match receive::velocity(&twist) {
                     Ok(velocity) => drop(self.command(Command::SetVelocity { id, velocity })),
-                    Err(error) => self.complaints.refuse(&topic, &error),
-                },
-                Err(error) => self.complaints.refuse(&topic, &error),
-            },
+                    Err(error) => self.complaints.refuse(&topic, Cause::from(&error), &error),
+                }
+            }
         }
+    }
+
+    /// The message, if it can be read.
+    fn read<M>(&mut self, topic: &str, received: Received<M>) -> Option<M> {
+        self.dropped += received.dropped;
+        let refuse = |error| self.complaints.refuse(topic, Cause::Undecodable, &error);
+        received.message.map_err(refuse).ok()
     }
 
     fn observe(&mut self, topic: &str, message: CircleStates) {
         let (report, bad) = match receive::report(&message) {
             Ok(read) => read,
-            Err(error) => return self.complaints.refuse(topic, &error),
+            Err(error) => return self.complaints.refuse(topic, Cause::from(&error), &error),
         };
         for (id, reason) in bad {
-            self.complaints.refuse(topic, &format_args!("circle {id}: {reason}"));
+            let what = format_args!("circle {id}: {reason}");
+            self.complaints.refuse(topic, Cause::from(&reason), &what);
         }
         for answer in self.command(Command::Observe(report)).answers {
             for (id, reason) in &answer.refused {
-                self.complaints.refuse(topic, &format_args!("circle {id}: {reason}"));
+                let what = format_args!("circle {id}: {reason}");
+                self.complaints.refuse(topic, Cause::from(reason), &what);
             }
             if let Some(error) = &answer.unresolved {
-                self.complaints.refuse(topic, error);
+                self.complaints.refuse(topic, Cause::from(error), error);
             }
             self.answer(&message.header, &answer);
         }
@@ -342,11 +384,14 @@ impl<'a> Runner<'a> {
     }
 
     fn step(&mut self, commands: &[Command], advance_to: f64) -> Outcome {
-        let instants = Instants { heard_at: self.start.elapsed().as_secs_f64(), advance_to };
-        let outcome = self.world.step(commands, instants);
+        let begin = Instant::now();
+        let heard_at = (begin - self.start).as_secs_f64();
+        let outcome = self.world.step(commands, Instants { heard_at, advance_to });
+        self.stepped_at = Instant::now();
+        self.live.note(begin, self.stepped_at);
         if let Some(stall) = outcome.stall {
             if self.stall.is_none() {
-                self.complaints.refuse("arena_states", &stall);
+                self.complaints.say("arena_states", &stall);
             }
             // It ends when discs are moved, or leave: that is tried now and then.
             self.stall = Some(stall);

@@ -1,11 +1,16 @@
 //! The publishers: what the world says, sent to whoever listens. A topic without a listener costs
 //! nothing: its message is not even built.
 
+use std::time::{SystemTime, UNIX_EPOCH};
+
 use super::complaints::Complaints;
 use super::dds::{DdsError, Listeners, Publisher, Ros, RosMessage};
-use crate::messages::{CircleStates, CircleVelocities, Contacts, Header, Time};
+use crate::messages::{
+    CircleStates, CircleVelocities, Contacts, DiagnosticArray, ErrorReport, Header, Time,
+};
 use crate::motion::arena::Arena;
 use crate::publish;
+use crate::publish::error_report::{self, Told};
 use crate::world::{Answer, Outcome, Owner};
 
 /// Messages kept for a subscriber that is slow to acknowledge.
@@ -16,6 +21,8 @@ pub struct Outputs {
     corrected_velocities: Publisher<CircleVelocities>,
     contacts: Publisher<Contacts>,
     arena_states: Publisher<CircleStates>,
+    error_report: Publisher<ErrorReport>,
+    diagnostics: Publisher<DiagnosticArray>,
     listeners: Listeners,
     frame_id: String,
 }
@@ -27,6 +34,8 @@ impl Outputs {
             corrected_velocities: ros.publisher("corrected_velocities", DEPTH)?,
             contacts: ros.publisher("contacts", DEPTH)?,
             arena_states: ros.publisher("arena_states", DEPTH)?,
+            error_report: ros.publisher("error_report", DEPTH)?,
+            diagnostics: ros.publisher("/diagnostics", DEPTH)?,
             listeners,
             frame_id: frame_id.to_owned(),
         })
@@ -65,6 +74,22 @@ impl Outputs {
         });
     }
 
+    /// Whether somebody hears reports.
+    pub fn reports_are_heard(&mut self) -> bool {
+        self.listeners.update();
+        self.listeners.hear(&self.error_report) || self.listeners.hear(&self.diagnostics)
+    }
+
+    /// How the last second went.
+    pub fn report(&self, told: &Told, complaints: &mut Complaints) {
+        self.send(&self.error_report, complaints, || told.report.clone());
+        self.send(&self.diagnostics, complaints, || {
+            let wall = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+            let stamp = Time { sec: wall.as_secs() as i32, nanosec: wall.subsec_nanos() };
+            error_report::diagnostics(told, stamp)
+        });
+    }
+
     /// Builds and publishes a message if somebody hears it.
     fn send<M: RosMessage>(
         &self,
@@ -76,7 +101,7 @@ impl Outputs {
             return;
         }
         if let Err(error) = publisher.publish(message()) {
-            complaints.refuse(publisher.topic(), &error);
+            complaints.unsent(publisher.topic(), &error);
         }
     }
 

@@ -85,7 +85,8 @@ impl Status {
         let _ = writeln!(std::io::stderr(), "{begin}{line}{overlap}{unseen}");
     }
 
-    fn contacts(&self, arena: Option<&Arena>) -> u64 {
+    /// Contacts of the arena and of answers since the start.
+    pub fn contacts(&self, arena: Option<&Arena>) -> u64 {
         self.answered_contacts + arena.map_or(0, Arena::contacts)
     }
 

@@ -58,13 +58,15 @@ pub enum Part {
     Ahead,
     /// Positions and velocities to twice the digits.
     DoubleDouble,
+    /// The account of momentum, for `error_report`.
+    Account,
     /// Messages that nobody hears.
     Topics,
 }
 
 impl Part {
     /// All of them, as they are listed.
-    pub const ALL: [Self; 21] = [
+    pub const ALL: [Self; 22] = [
         Self::Walls,
         Self::Periodic,
         Self::WrapInside,
@@ -85,6 +87,7 @@ impl Part {
         Self::Lanes,
         Self::Ahead,
         Self::DoubleDouble,
+        Self::Account,
         Self::Topics,
     ];
 
@@ -111,6 +114,7 @@ impl Part {
             Self::Lanes => "vector units",
             Self::Ahead => "looking ahead",
             Self::DoubleDouble => "double-double states",
+            Self::Account => "momentum account",
             Self::Topics => "topics unheard",
         }
     }
@@ -118,7 +122,7 @@ impl Part {
     /// Whether the part can be built where it is not needed, with the same bits.
     pub fn can_be_forced(self, method: Method, laws: &Laws) -> bool {
         match (self, method) {
-            (Self::Grid, _) => method != Method::Springs,
+            (Self::Grid | Self::Account, _) => method != Method::Springs,
             (Self::Walls | Self::Drag, Method::Events | Method::Plain) => true,
             (Self::WrapInside, Method::Events) => laws.periodic.is_some(),
             (Self::Periodic | Self::Masses | Self::Radii | Self::Restitution, Method::Events)
@@ -138,6 +142,7 @@ impl Part {
             Self::ContactTime => matches!(method, Events | Plain | Ticks),
             Self::Lanes => method != Plain,
             Self::ExtremeUnits => method != Events,
+            Self::Account => method != Method::Springs,
             _ => true,
         }
     }

@@ -182,6 +182,7 @@ impl Told<'_> {
             Part::Grid => format!("messages of up to {ALL_PAIRS_UP_TO} circles: all pairs"),
             Part::Lanes => "this processor has none that are known here".to_owned(),
             Part::Ahead => format!("{} fit the caches", pucks(count)),
+            Part::Account => "kept once somebody listens to error_report".to_owned(),
             Part::Topics => "a message that nobody subscribes to is not built".to_owned(),
             _ => String::new(),
         }

@@ -1,4 +1,7 @@
 //! Publish: what one step says outward becomes messages. Nothing here computes physics.
+//! [`error_report`] says how a second of it went.
+
+pub mod error_report;
 
 use glam::DVec2;
 

@@ -1,6 +1,9 @@
 //! Receive: messages become reports and commands, or a refusal that names what is wrong.
 //!
-//! A message with some bad circles keeps the good ones. Nothing here changes the world.
+//! A message with some bad circles keeps the good ones. What is refused is counted by its
+//! [`Cause`]. Nothing here changes the world.
+
+mod cause;
 
 use std::collections::HashMap;
 
@@ -8,6 +11,8 @@ use glam::DVec2;
 
 use crate::messages::{CircleState, CircleStates, Contact, Twist};
 use crate::world::{Defect, Disc, DiscId, Report, limits};
+
+pub use cause::{Cause, Refused};
 
 /// Why a circle of a message is not taken.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]

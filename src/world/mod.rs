@@ -25,7 +25,7 @@ use glam::DVec2;
 
 use crate::detect::{self, Pair, TooManyPairs};
 use crate::motion::arena::Arena;
-use crate::plan::parts::Parts;
+use crate::plan::parts::{Part, Parts};
 use crate::plan::{Method, Plan};
 use crate::resolve;
 use observed::Observed;
@@ -161,6 +161,15 @@ impl World {
     /// The arena, if there are simulated pucks.
     pub fn arena(&self) -> Option<&Arena> {
         self.arena.as_ref()
+    }
+
+    /// Keeps account of the arena's momentum from now on, where its method can.
+    pub fn keep_account(&mut self) {
+        let Some(arena) = &mut self.arena else { return };
+        arena.keep_account();
+        if Part::Account.is_known_to(self.plan.method) {
+            self.plan.built = self.plan.built.and(Parts::only(Part::Account));
+        }
     }
 
     /// Observed circles held at present.

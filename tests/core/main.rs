@@ -3,6 +3,7 @@
 mod common;
 mod detect;
 mod drag;
+mod error_report;
 mod events;
 mod exact;
 mod gravity;
@@ -11,6 +12,7 @@ mod house;
 mod invariance;
 mod messages;
 mod methods;
+mod momentum;
 mod motion;
 mod near;
 mod periodic;

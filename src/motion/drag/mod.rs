@@ -53,6 +53,10 @@ pub trait Straight {
     fn discs(&self, owner: Owner) -> impl Iterator<Item = Disc>;
     /// Signed relative energy error.
     fn relative_energy_drift(&self) -> f64;
+    /// Keeps account of the momentum from now on.
+    fn keep_momentum(&mut self);
+    /// Momentum gained by error, N s, while an account is kept.
+    fn momentum_drift(&self) -> Option<DVec2>;
     /// Largest overlap at any contact, in radii.
     fn largest_overlap(&self) -> f64;
     /// Largest gap at any contact, in radii, where the method tells.
@@ -112,6 +116,17 @@ impl<M: Straight> Drag<M> {
     /// drag has left it.
     pub fn relative_energy_drift(&self) -> f64 {
         self.method.relative_energy_drift()
+    }
+
+    /// Keeps account of the momentum from now on.
+    pub fn keep_momentum(&mut self) {
+        self.method.keep_momentum();
+    }
+
+    /// Momentum gained by error, N s, while an account is kept: that of the method inside, where
+    /// drag takes none, as slow as all is now.
+    pub fn momentum_drift(&self) -> Option<DVec2> {
+        self.method.momentum_drift().map(|drift| drift * self.speed())
     }
 
     /// Largest overlap of a simulated pair at any contact, in units of the smaller radius.
@@ -257,6 +272,12 @@ macro_rules! straight {
             }
             fn relative_energy_drift(&self) -> f64 {
                 <$method>::relative_energy_drift(self)
+            }
+            fn keep_momentum(&mut self) {
+                <$method>::keep_momentum(self);
+            }
+            fn momentum_drift(&self) -> Option<DVec2> {
+                <$method>::momentum_drift(self)
             }
             fn largest_overlap(&self) -> f64 {
                 <$method>::largest_overlap(self)

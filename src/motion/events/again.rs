@@ -28,6 +28,7 @@ impl Events {
         }
         self.last.iter_mut().for_each(|last| last.time /= slowed);
         self.energy.scale(slowed * slowed);
+        self.momentum.scale(slowed);
         (self.events, self.events_before_today) = (0, 0);
         (self.instant, self.events_at_instant) = (0.0, 0);
         self.outdated = true;

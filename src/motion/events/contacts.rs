@@ -187,6 +187,7 @@ impl Events {
             if self.closes_energy(k) {
                 let mean_velocity = self.velocity(k) + 0.5 * by;
                 self.energy.book(self.masses.get(k) * by.dot(mean_velocity));
+                self.momentum.book_change(self.masses.get(k), by);
             }
         }
     }
@@ -202,6 +203,7 @@ impl Events {
         if let Some(hit) = bounce(&disc, side, restitution) {
             self.flights[k].turn(self.now, hit.velocity);
             self.energy.book(-hit.energy_loss);
+            self.momentum.book(side.normal() * -hit.impulse);
             self.note_contacts(&[k], 1);
             witness.see(|| wall_contact(&disc, side, &walls, &hit, self.now()));
         }

@@ -13,11 +13,13 @@ impl Events {
     /// Gives a simulated disc, if it is there, a new velocity from now on.
     pub fn set_velocity(&mut self, id: DiscId, velocity: DVec2) {
         let Some(k) = self.find(Owner::Simulated, id) else { return };
-        let before = self.disc(k).kinetic_energy();
+        let before = self.disc(k);
         self.bring_start_near(velocity.length());
         self.book_fall(k);
         self.turn(k, velocity);
-        self.energy.book(self.disc(k).kinetic_energy() - before);
+        self.energy.book(self.disc(k).kinetic_energy() - before.kinetic_energy());
+        self.momentum.book_change(before.mass, velocity);
+        self.momentum.book_change(before.mass, -before.velocity);
         self.guests |= brings_energy(&self.disc(k));
         if !self.outdated {
             self.lanes.renew_all(self, &[k]);

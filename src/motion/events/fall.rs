@@ -153,8 +153,13 @@ impl Events {
     fn set_state(&mut self, k: usize, position: DVec2, velocity: DVec2) {
         let disc = Disc { position, velocity, ..self.disc(k) };
         let Some(fall) = &mut self.fall else { return };
+        let before = fall.acceleration(k);
         fall.set(k, fall.axes(&self.laws, &disc, self.owners[k]));
         let (acceleration, now) = (fall.acceleration(k), self.now);
+        if acceleration != before && self.momentum.is_kept() {
+            let change = (acceleration - before) * disc.mass;
+            self.momentum.book_pull(self.base + now, change);
+        }
         let DVec2 { x: vx, y: vy } = velocity - acceleration * now;
         let start = position - (DVec2::new(vx, vy) + acceleration * (0.5 * now)) * now;
         let before = self.flights[k].stamp();
@@ -296,6 +301,7 @@ impl Events {
         }
         if let Some(hit) = bounce(&disc, side, restitution) {
             self.energy.book(-hit.energy_loss);
+            self.momentum.book(side.normal() * -hit.impulse);
             self.set_state(k, disc.position, hit.velocity);
             self.note_contacts(&[k], 1);
             witness.see(|| wall_contact(&disc, side, &walls, &hit, self.now()));
@@ -311,6 +317,7 @@ impl Events {
         let after = Disc { velocity, ..*disc };
         if self.closes_energy(k) {
             self.energy.book(after.kinetic_energy() - disc.kinetic_energy());
+            self.momentum.book_change(disc.mass, velocity - disc.velocity);
         }
         self.set_state(k, disc.position, velocity);
     }
@@ -322,6 +329,13 @@ impl Events {
             fall.booked[k] = position;
             self.energy.book(work);
         }
+    }
+
+    /// What gravity does to all that falls, N.
+    pub(super) fn weight(&self) -> DVec2 {
+        let Some(fall) = &self.fall else { return DVec2::ZERO };
+        let falling = (0..self.flights.len()).filter(|&k| self.closes_energy(k));
+        falling.map(|k| self.masses.get(k) * fall.acceleration(k)).sum()
     }
 
     /// What gravity has done to discs and is not booked yet, J.

@@ -37,6 +37,7 @@ use std::collections::HashMap;
 use glam::DVec2;
 
 use super::energy::EnergyAccount;
+use super::momentum::MomentumAccount;
 use super::plain::{Laws, Stall};
 use super::{Nobody, Witness};
 use crate::exact::{RunningSum, UNIT_ROUNDOFF, power_of_two_near};
@@ -231,6 +232,7 @@ pub struct Events {
     /// Whether what comes next is fetched from memory in advance.
     ahead: bool,
     energy: EnergyAccount,
+    momentum: MomentumAccount,
     /// Least and largest `d.d - s^2` at a contact of simulated discs: m^2 where all radii are
     /// equal, else in units of reach and smaller radius.
     excess: (f64, f64),
@@ -310,6 +312,7 @@ impl Events {
             stalled: 0,
             ahead: parts.has(Part::Ahead),
             energy: EnergyAccount::default(),
+            momentum: MomentumAccount::default(),
             excess: (0.0, 0.0),
             contacts: 0,
         };
@@ -343,6 +346,25 @@ impl Events {
         let mut account = self.energy;
         account.book(self.work_of_gravity());
         account.relative_drift(self.kinetic_energy())
+    }
+
+    /// Keeps account of the momentum from now on.
+    pub fn keep_momentum(&mut self) {
+        if self.momentum.is_kept() {
+            return;
+        }
+        let mut account = self.momentum;
+        account.begin(self.discs(Owner::Simulated));
+        self.momentum = account;
+        self.momentum.book_pull(self.now(), self.weight());
+        // Contacts with fixed discs are booked.
+        let fixed = self.discs(Owner::Simulated).any(|disc| disc.mass.is_infinite());
+        self.guests |= fixed;
+    }
+
+    /// Momentum gained by error, N s, while an account is kept.
+    pub fn momentum_drift(&self) -> Option<DVec2> {
+        self.momentum.drift(self.now(), self.discs(Owner::Simulated))
     }
 
     /// Largest overlap of a simulated pair at any contact, in units of the smaller radius.

@@ -97,13 +97,19 @@ impl Events {
             group.members.iter().for_each(|&k| self.book_fall(k));
         }
         let closed = |k: usize| !self.guests || self.closes_energy(k);
+        let mut changes = Vec::new();
         let work: RunningSum = if group.members.iter().all(|&k| closed(k)) {
             contacts.iter().map(|contact| -contact.energy_loss).collect()
         } else {
             let each = group.members.iter().zip(group.discs.iter().zip(after));
             let closed = each.filter(|&(&k, _)| closed(k));
-            closed.map(|(_, (was, is))| is.kinetic_energy() - was.kinetic_energy()).collect()
+            let gain = |(_, (was, is)): (_, (&Disc, &Disc))| {
+                changes.push((was.mass, is.velocity - was.velocity));
+                is.kinetic_energy() - was.kinetic_energy()
+            };
+            closed.map(gain).collect()
         };
         self.energy.book(work.value());
+        changes.into_iter().for_each(|(mass, by)| self.momentum.book_change(mass, by));
     }
 }

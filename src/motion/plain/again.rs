@@ -42,6 +42,7 @@ impl Plain {
         }
         self.doubt.velocity *= slowed;
         self.energy.scale(slowed * slowed);
+        self.momentum.scale(slowed);
         (self.clock, self.now) = (Clock::new(self.clock.epoch()), at);
         (self.instant, self.events_at_instant) = (at, 0);
         self.predict_all();

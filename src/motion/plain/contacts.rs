@@ -273,6 +273,7 @@ impl Plain {
         }
         if let Some(bounce) = wall::bounce(&disc, side, restitution) {
             self.energy.book(-bounce.energy_loss);
+            self.momentum.book(side.normal() * -bounce.impulse);
             self.turn_at_wall(k, side, restitution, bounce.approach_speed);
             self.note_contacts(&[(k, None)], time, 1);
             contacts.push(wall::wall_contact(&disc, side, &walls, &bounce, self.now));
@@ -300,6 +301,7 @@ impl Plain {
         let velocity = before.velocity - side.normal() * before.velocity.dot(side.normal());
         self.set_velocity_of(k, velocity);
         self.energy.book(self.bodies[k].disc.kinetic_energy() - before.kinetic_energy());
+        self.momentum.book_change(before.mass, velocity - before.velocity);
     }
 
     /// The restitution of a contact: elastic for discs caught in a collapse.
@@ -343,6 +345,7 @@ impl Plain {
             if body.is_closed() {
                 let mean_velocity = 0.5 * (body.disc.velocity + after);
                 self.energy.book(sign * impact.impulse * impact.normal.dot(mean_velocity));
+                self.momentum.book(impact.normal * (sign * impact.impulse));
             }
         }
     }
@@ -351,13 +354,19 @@ impl Plain {
     /// brought is what is there: no error is told from work then.
     fn book_together(&mut self, places: &[usize], after: &[Disc], contacts: &[Contact]) {
         let bodies = || places.iter().map(|&k| &self.bodies[k]);
+        let mut changes = Vec::new();
         let work: RunningSum = if bodies().all(Body::is_closed) {
             contacts.iter().map(|contact| -contact.energy_loss).collect()
         } else {
             let closed = bodies().zip(after).filter(|(body, _)| body.is_closed());
-            closed.map(|(b, after)| after.kinetic_energy() - b.disc.kinetic_energy()).collect()
+            let gain = |(body, after): (&Body, &Disc)| {
+                changes.push((after.mass, after.velocity - body.disc.velocity));
+                after.kinetic_energy() - body.disc.kinetic_energy()
+            };
+            closed.map(gain).collect()
         };
         self.energy.book(work.value());
+        changes.into_iter().for_each(|(mass, by)| self.momentum.book_change(mass, by));
     }
 
     fn note_overlap(&mut self, i: usize, j: usize) {

@@ -40,6 +40,7 @@ use glam::DVec2;
 use super::clock::Clock;
 use super::drag::slowing::straight_span;
 use super::energy::EnergyAccount;
+use super::momentum::MomentumAccount;
 use crate::detect::precise::Doubt;
 use crate::exact::{DoubleDoubleVec, RunningSum, UNIT_ROUNDOFF};
 use crate::world::{Contact, Disc, DiscId, Owner, Periodic, Side, Walls, limits};
@@ -169,6 +170,7 @@ pub struct Plain {
     instant: f64,
     events_at_instant: usize,
     energy: EnergyAccount,
+    momentum: MomentumAccount,
     largest_overlap: f64,
     contacts: u64,
 }
@@ -217,6 +219,7 @@ impl Plain {
             instant: 0.0,
             events_at_instant: 0,
             energy: EnergyAccount::default(),
+            momentum: MomentumAccount::default(),
             largest_overlap: 0.0,
             contacts: 0,
         };
@@ -249,6 +252,24 @@ impl Plain {
         let mut account = self.energy;
         self.bodies.iter().for_each(|body| account.book(body.work_until(offset)));
         account.relative_drift(self.kinetic_energy())
+    }
+
+    /// Keeps account of the momentum from now on.
+    pub fn keep_momentum(&mut self) {
+        if self.momentum.is_kept() {
+            return;
+        }
+        let mut account = self.momentum;
+        account.begin(self.discs(Owner::Simulated));
+        self.momentum = account;
+        let falling = self.bodies.iter().filter(|body| body.acceleration != DVec2::ZERO);
+        let weight = falling.map(|body| body.disc.mass * body.acceleration).sum();
+        self.momentum.book_pull(self.now, weight);
+    }
+
+    /// Momentum gained by error, N s, while an account is kept.
+    pub fn momentum_drift(&self) -> Option<DVec2> {
+        self.momentum.drift(self.now, self.discs(Owner::Simulated))
     }
 
     /// Largest overlap of a simulated pair at any contact, in units of the smaller radius.
@@ -297,9 +318,11 @@ impl Plain {
     /// Gives a simulated disc, if it is there, a new velocity from now on.
     pub fn set_velocity(&mut self, id: DiscId, velocity: DVec2) {
         let Some(k) = self.find(id, Owner::Simulated) else { return };
-        let before = self.move_to_now(k).kinetic_energy();
+        let before = self.move_to_now(k);
         self.set_velocity_of(k, velocity);
-        self.energy.book(self.bodies[k].disc.kinetic_energy() - before);
+        self.energy.book(self.bodies[k].disc.kinetic_energy() - before.kinetic_energy());
+        self.momentum.book_change(before.mass, velocity);
+        self.momentum.book_change(before.mass, -before.velocity);
         self.predict_again(&[k], self.clock.offset(self.now));
     }
 
@@ -396,7 +419,12 @@ impl Plain {
         let body = &mut self.bodies[k];
         let disc = body.disc;
         if let Some(gravity) = self.laws.gravity.filter(|_| body.is_closed()) {
+            let before = body.acceleration;
             body.acceleration = self.laws.acceleration(gravity, &disc);
+            let change = body.acceleration - before;
+            if change != DVec2::ZERO {
+                self.momentum.book_pull(self.clock.time(body.own_time.hi), change * disc.mass);
+            }
         }
         self.note_size(&disc);
     }

@@ -98,12 +98,14 @@ impl Steps {
     #[inline(always)]
     fn note_overlap(&mut self, (i, j): Pair, a: &Disc, b: &Disc) {
         let radius = a.radius.min(b.radius);
-        let record = a.radius + b.radius - self.largest_overlap * radius;
+        let record = a.radius + b.radius - (self.largest_overlap * radius).min(self.deepest);
         let square = (b.position - a.position).length_squared();
         let simulated = self.owners[i] == Owner::Simulated && self.owners[j] == Owner::Simulated;
         let is_less = square > record * record * (1.0 + 1e-9) && square > 1e-280;
         if simulated && !is_less {
-            self.largest_overlap = self.largest_overlap.max(-gap(a, b) / radius);
+            let overlap = -gap(a, b);
+            self.largest_overlap = self.largest_overlap.max(overlap / radius);
+            self.deepest = self.deepest.max(overlap);
         }
     }
 
@@ -214,6 +216,7 @@ impl Steps {
                 self.contacts += 1;
                 self.unseen.late += u64::from(gap < 0.0);
                 self.energy.book(-hit.energy_loss);
+                self.momentum.book(side.normal() * -hit.impulse);
                 witness.see(|| wall_contact(&disc, side, &walls, &hit, self.time()));
                 self.change(k, hit.velocity);
                 disc.velocity = hit.velocity;
@@ -288,6 +291,7 @@ impl Steps {
             if self.is_closed(side.0) {
                 let mean_velocity = 0.5 * (side.1.velocity + after);
                 self.energy.book(sign * impact.impulse * impact.normal.dot(mean_velocity));
+                self.momentum.book(impact.normal * (sign * impact.impulse));
             }
         }
     }
@@ -302,14 +306,20 @@ impl Steps {
         contacts: &[Contact],
     ) {
         let is_closed = |k: &usize| self.is_closed(*k);
+        let mut changes = Vec::new();
         let work: RunningSum = if members.iter().all(is_closed) {
             contacts.iter().map(|contact| -contact.energy_loss).collect()
         } else {
             let all = members.iter().zip(before.iter().zip(after));
             let closed = all.filter(|(k, _)| is_closed(k));
-            closed.map(|(_, (b, after))| after.kinetic_energy() - b.kinetic_energy()).collect()
+            let gain = |(_, (before, after)): (_, (&Disc, &Disc))| {
+                changes.push((after.mass, after.velocity - before.velocity));
+                after.kinetic_energy() - before.kinetic_energy()
+            };
+            closed.map(gain).collect()
         };
         self.energy.book(work.value());
+        changes.into_iter().for_each(|(mass, by)| self.momentum.book_change(mass, by));
     }
 }
 

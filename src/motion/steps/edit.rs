@@ -19,6 +19,8 @@ impl Steps {
         let after = Disc { velocity, ..before };
         self.put(k, &after);
         self.energy.book(after.kinetic_energy() - before.kinetic_energy());
+        self.momentum.book_change(before.mass, velocity);
+        self.momentum.book_change(before.mass, -before.velocity);
     }
 
     /// Puts an observed disc where its owner says that it is, adding it if it is new.

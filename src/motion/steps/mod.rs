@@ -29,6 +29,7 @@ use std::collections::HashMap;
 use glam::DVec2;
 
 use super::energy::EnergyAccount;
+use super::momentum::MomentumAccount;
 use super::near::Near;
 use super::near::lanes::{Flight, Pairs};
 use super::plain::Laws;
@@ -148,8 +149,11 @@ pub struct Steps {
     pushed: f64,
     scratch: Scratch,
     energy: EnergyAccount,
+    momentum: MomentumAccount,
     unseen: Unseen,
     largest_overlap: f64,
+    /// The same of any pair, m.
+    deepest: f64,
     contacts: u64,
 }
 
@@ -196,8 +200,10 @@ impl Steps {
             pushed: 0.0,
             scratch: Scratch::default(),
             energy: EnergyAccount::default(),
+            momentum: MomentumAccount::default(),
             unseen: Unseen::default(),
             largest_overlap: 0.0,
+            deepest: 0.0,
             contacts: 0,
         };
         for disc in discs {
@@ -230,9 +236,26 @@ impl Steps {
         self.energy.relative_drift(self.kinetic_energy())
     }
 
+    /// Keeps account of the momentum from now on.
+    pub fn keep_momentum(&mut self) {
+        let mut account = self.momentum;
+        account.begin(self.discs(Owner::Simulated));
+        self.momentum = account;
+    }
+
+    /// Momentum gained by error, N s, while an account is kept.
+    pub fn momentum_drift(&self) -> Option<DVec2> {
+        self.momentum.drift(self.now, self.discs(Owner::Simulated))
+    }
+
     /// Largest overlap of a pair at any contact, in units of the smaller radius.
     pub fn largest_overlap(&self) -> f64 {
         self.largest_overlap
+    }
+
+    /// Largest overlap of a pair at any contact, m.
+    pub fn largest_overlap_m(&self) -> f64 {
+        self.deepest
     }
 
     /// Contacts resolved since the start, pairs and walls.

@@ -116,6 +116,7 @@ impl Ticks {
         let restitution = self.restitution(walls.restitution, &[k]);
         if let Some(bounce) = bounce(&disc, side, restitution) {
             self.energy.book(-bounce.energy_loss);
+            self.momentum.book(side.normal() * -bounce.impulse);
             self.bodies.flights[k].velocity = bounce.velocity;
             self.note_contacts(&[k], 1);
             contacts.push(wall_contact(&disc, side, &walls, &bounce, self.now));
@@ -157,6 +158,7 @@ impl Ticks {
             if self.body(side.0).is_closed() {
                 let mean_velocity = 0.5 * (side.1.velocity + after);
                 self.energy.book(sign * impact.impulse * impact.normal.dot(mean_velocity));
+                self.momentum.book(impact.normal * (sign * impact.impulse));
             }
         }
     }
@@ -171,14 +173,20 @@ impl Ticks {
         contacts: &[Contact],
     ) {
         let is_closed = |k: &usize| self.body(*k).is_closed();
+        let mut changes = Vec::new();
         let work: RunningSum = if places.iter().all(is_closed) {
             contacts.iter().map(|contact| -contact.energy_loss).collect()
         } else {
             let all = places.iter().zip(before.iter().zip(after));
             let closed = all.filter(|(k, _)| is_closed(k));
-            closed.map(|(_, (b, after))| after.kinetic_energy() - b.kinetic_energy()).collect()
+            let gain = |(_, (before, after)): (_, (&Disc, &Disc))| {
+                changes.push((after.mass, after.velocity - before.velocity));
+                after.kinetic_energy() - before.kinetic_energy()
+            };
+            closed.map(gain).collect()
         };
         self.energy.book(work.value());
+        changes.into_iter().for_each(|(mass, by)| self.momentum.book_change(mass, by));
     }
 
     fn note_overlap(&mut self, i: usize, j: usize, gap: f64) {

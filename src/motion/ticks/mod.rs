@@ -34,6 +34,7 @@ use std::collections::HashSet;
 use glam::DVec2;
 
 use super::energy::EnergyAccount;
+use super::momentum::MomentumAccount;
 use super::plain::{Laws, Stall, is_extreme};
 use crate::detect::Pair;
 use crate::exact::{RunningSum, power_of_two_near};
@@ -68,6 +69,7 @@ pub struct Ticks {
     instant: f64,
     events_at_instant: usize,
     energy: EnergyAccount,
+    momentum: MomentumAccount,
     largest_overlap: f64,
     contacts: u64,
 }
@@ -114,6 +116,7 @@ impl Ticks {
             instant: 0.0,
             events_at_instant: 0,
             energy: EnergyAccount::default(),
+            momentum: MomentumAccount::default(),
             largest_overlap: 0.0,
             contacts: 0,
         };
@@ -147,6 +150,18 @@ impl Ticks {
     /// Signed relative energy error, with all work accounted for.
     pub fn relative_energy_drift(&self) -> f64 {
         self.energy.relative_drift(self.kinetic_energy())
+    }
+
+    /// Keeps account of the momentum from now on.
+    pub fn keep_momentum(&mut self) {
+        let mut account = self.momentum;
+        account.begin(self.discs(Owner::Simulated));
+        self.momentum = account;
+    }
+
+    /// Momentum gained by error, N s, while an account is kept.
+    pub fn momentum_drift(&self) -> Option<DVec2> {
+        self.momentum.drift(self.now, self.discs(Owner::Simulated))
     }
 
     /// Largest overlap of a simulated pair at any contact, in units of the smaller radius.
@@ -203,6 +218,8 @@ impl Ticks {
         let after = Disc { velocity, ..before };
         self.bodies.flights[k].velocity = velocity;
         self.energy.book(after.kinetic_energy() - before.kinetic_energy());
+        self.momentum.book_change(before.mass, velocity);
+        self.momentum.book_change(before.mass, -before.velocity);
         self.window_end = None;
     }
 

@@ -1,0 +1,88 @@
+//! Live: how exact and how fast the node is, once a second, for whoever listens.
+//!
+//! While nobody does, and no log asks (`RUST_LOG=debug`), nothing is timed, no account of momentum
+//! is kept and no report is made. Steps are timed between two looks at the clock that the loop
+//! takes anyway; that is all that a step pays.
+
+use std::time::{Duration, Instant};
+
+use crate::plan::why::{self, Verdict};
+use crate::publish::error_report::{Facts, Interval, Told, Totals};
+use crate::scene::Scene;
+use crate::world::{Disc, World};
+
+/// Wall time between two reports.
+const PERIOD: Duration = Duration::from_secs(1);
+
+/// The interval that is being measured, if one is.
+#[derive(Debug)]
+pub struct Live {
+    interval: Interval,
+    /// When it began.
+    since: Option<Instant>,
+    /// When to look who listens.
+    due: Instant,
+    facts: Facts,
+}
+
+impl Live {
+    /// Nobody listens yet.
+    pub fn new(scene: &Scene, rate: f64, now: Instant) -> Self {
+        let facts = Facts {
+            frame_id: scene.node.frame_id.clone(),
+            real_time_factor_asked: rate,
+            ..Facts::default()
+        };
+        Self { interval: Interval::default(), since: None, due: now + PERIOD, facts }
+    }
+
+    /// When there is something to do here.
+    pub fn due(&self) -> Instant {
+        self.due
+    }
+
+    /// Takes note of a step.
+    #[inline]
+    pub fn note(&mut self, begin: Instant, end: Instant) {
+        if self.since.is_some() {
+            self.interval.durations.note((end - begin).as_secs_f64());
+        }
+    }
+
+    /// Ends an interval, and tells how it went if somebody has been listening all the while.
+    pub fn tell(
+        &mut self,
+        is_heard: bool,
+        totals: Totals,
+        (scene, world): (&Scene, &mut World),
+        now: Instant,
+    ) -> Option<Told> {
+        // As regular as a clock, but for what it slept through.
+        let next = self.due + PERIOD;
+        self.due = if next > now { next } else { now + PERIOD };
+        if !is_heard && !tracing::enabled!(tracing::Level::DEBUG) {
+            self.since = None;
+            return None;
+        }
+        let Some(since) = self.since.replace(now) else {
+            world.keep_account();
+            self.state_facts(scene, world);
+            self.interval.begin(totals);
+            return None;
+        };
+        let wall = (now - since).as_secs_f64();
+        let told = self.interval.end(totals, wall, &self.facts, world.arena());
+        tracing::debug!("{:?}", told.report);
+        Some(told)
+    }
+
+    fn state_facts(&mut self, scene: &Scene, world: &World) {
+        let pucks: Vec<Disc> = scene.pucks.iter().map(|puck| puck.disc).collect();
+        let plan = world.plan();
+        let rows = why::Told { plan, settings: &scene.settings, pucks: &pucks }.rows();
+        let left_out = rows.into_iter().filter(|row| row.verdict == Verdict::LeftOut);
+        self.facts.left_out = left_out.map(|row| row.part.name().to_owned()).collect();
+        let moves = !pucks.is_empty();
+        self.facts.method = if moves { plan.method.name() } else { "none" }.to_owned();
+    }
+}
