@@ -14,10 +14,11 @@ use carom::publish::error_report::{Facts, Interval, Totals, diagnostics};
 use carom::scene::Scene;
 use carom::world::{Disc, Instants, Owner, World};
 
-/// Blocks in turns, of which the median is told.
-const BLOCKS: usize = 101;
-/// About so long, s.
-const BLOCK_S: f64 = 0.01;
+/// Pairs of runs, blocks of each in turns, and how long about a block is, s; of all blocks the
+/// median is told.
+const PAIRS: usize = 10;
+const BLOCKS: usize = 20;
+const BLOCK_S: f64 = 0.005;
 
 fn main() {
     println!(
@@ -67,7 +68,7 @@ impl Run {
                 let outcome = self.world.step(&[], Instants { heard_at, advance_to: until });
                 let end = Instant::now();
                 if let Some(interval) = &mut self.interval {
-                    interval.durations.note((end - begin).as_secs_f64());
+                    interval.durations.note(end - begin);
                 }
                 black_box(outcome);
             }
@@ -98,22 +99,29 @@ fn median(mut values: Vec<f64>) -> f64 {
 }
 
 fn measure(name: &str, label: &str, step: f64) {
-    let (mut bare, mut full) = (Run::new(name, false), Run::new(name, true));
-    let about = bare.steps(200, step) / 200.0;
-    full.steps(200, step);
-    let count = ((BLOCK_S / about) as u64).clamp(10, 100_000);
-    let (mut ratios, mut times) = (Vec::new(), Vec::new());
-    for block in 0..BLOCKS {
-        let first_full = block.is_multiple_of(2).then(|| full.steps(count, step));
-        let without = bare.steps(count, step);
-        let with = first_full.unwrap_or_else(|| full.steps(count, step));
-        ratios.push(with / without);
-        times.push(1e9 * without / count as f64);
+    let (mut ratios, mut times, mut reports) = (Vec::new(), Vec::new(), Vec::new());
+    for pair in 0..PAIRS {
+        // Where things lie in memory counts: the one is built first as often as the other.
+        let first = pair.is_multiple_of(2);
+        let (one, other) = (Run::new(name, first), Run::new(name, !first));
+        let (mut full, mut bare) = if first { (one, other) } else { (other, one) };
+        let about = bare.steps(200, step) / 200.0;
+        full.steps(200, step);
+        let count = ((BLOCK_S / about) as u64).clamp(10, 100_000);
+        for block in 0..BLOCKS {
+            let first_full = block.is_multiple_of(2).then(|| full.steps(count, step));
+            let without = bare.steps(count, step);
+            let with = first_full.unwrap_or_else(|| full.steps(count, step));
+            ratios.push(with / without);
+            times.push(1e9 * without / count as f64);
+        }
+        assert_eq!(bare.discs(), full.discs(), "{name}: other bits");
+        let arena = full.world.arena().expect("pucks");
+        let drift = arena.momentum_drift().expect("an account");
+        assert!(drift.length() < 1e-11, "{name}: {drift}");
+        reports.extend((0..BLOCKS).map(|_| full.report()));
     }
-    assert_eq!(bare.discs(), full.discs(), "{name}: other bits");
-    let drift = full.world.arena().and_then(|arena| arena.momentum_drift()).expect("an account");
-    assert!(drift.length() < 1e-11, "{name}: {drift}");
-    let report = median((0..BLOCKS).map(|_| full.report()).collect());
+    let report = median(reports);
     let (account, share) = (100.0 * (median(ratios) - 1.0), 100.0 * report);
     println!(
         "{name:<10} {label:>8} {:>14.0} {account:>+8.2} % {:>15.1} us {share:>10.4} % \

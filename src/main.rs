@@ -5,10 +5,12 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use carom::bench::budget::Budget;
 use carom::bench::gas::Gas;
 use carom::bench::{self, BenchError};
 use carom::check::{self, CheckError, Options};
 use carom::plan::Method;
+use carom::plan::budget::{self, Wish};
 use carom::plan::parts::Parts;
 use carom::scene::lattice::Lattice;
 use carom::scene::{Scene, shipped};
@@ -152,6 +154,15 @@ struct ExplainArguments {
     /// Build every part though nothing needs it.
     #[arg(long)]
     keep_all: bool,
+    /// Largest error of a contact of two pucks, over their relative speed: the method is chosen by
+    /// it.
+    #[arg(long, value_name = "E", value_parser = budget::parse_error)]
+    #[arg(allow_negative_numbers = true, conflicts_with = "quick")]
+    error: Option<f64>,
+    /// Longest run time of a publish period, such as 2ms: the method is chosen by it.
+    #[arg(long, value_name = "TIME", value_parser = budget::parse_budget)]
+    #[arg(allow_negative_numbers = true, conflicts_with = "quick")]
+    budget: Option<f64>,
     /// Measure nothing.
     #[arg(long)]
     quick: bool,
@@ -181,6 +192,15 @@ struct RunArguments {
     #[arg(long, value_name = "S", value_parser = seconds)]
     #[arg(allow_negative_numbers = true)]
     step: Option<f64>,
+    /// Largest error of a contact of two pucks, over their relative speed: the method is chosen by
+    /// it.
+    #[arg(long, value_name = "E", value_parser = budget::parse_error)]
+    #[arg(allow_negative_numbers = true, conflicts_with = "step")]
+    error: Option<f64>,
+    /// Longest run time of a publish period, such as 2ms: the method is chosen by it.
+    #[arg(long, value_name = "TIME", value_parser = budget::parse_budget)]
+    #[arg(allow_negative_numbers = true, conflicts_with = "step")]
+    budget: Option<f64>,
     /// Build every part though nothing needs it: the same bits, more slowly.
     #[arg(long)]
     keep_all: bool,
@@ -205,14 +225,28 @@ fn main() -> ExitCode {
 fn load_and_run(arguments: &RunArguments) -> ExitCode {
     let RunArguments { scene, method, step, keep_all, .. } = arguments;
     match load(scene, method.as_deref(), *step, *keep_all) {
-        Ok(scene) => run(&scene, arguments),
+        Ok(mut scene) => {
+            keep_to_budget(&mut scene, Wish { error: arguments.error, budget: arguments.budget });
+            run(&scene, arguments)
+        }
         Err(message) => complain(&message, 2),
     }
 }
 
+/// Chooses the method by error and run time, if that is asked for, and says how.
+fn keep_to_budget(scene: &mut Scene, wish: Wish) {
+    let wish = if wish.is_none() { scene.node.wish } else { wish };
+    if let Some(budget) = Budget::of(scene, wish) {
+        budget.apply(scene);
+        // Nobody may be reading.
+        let _ = writeln!(std::io::stderr(), "carom: {}", budget.verdict());
+    }
+}
+
 fn explain(arguments: &ExplainArguments) -> ExitCode {
-    let ExplainArguments { scene, method, keep_all, quick, json } = arguments;
-    let options = bench::explain::Options { quick: *quick, json: *json };
+    let ExplainArguments { scene, method, error, budget, keep_all, quick, json } = arguments;
+    let wish = Wish { error: *error, budget: *budget };
+    let options = bench::explain::Options { quick: *quick, json: *json, wish };
     match load(scene, method.as_deref(), None, *keep_all) {
         Ok(scene) => {
             measured(bench::explain::explain(&scene, options, &mut std::io::stdout().lock()))

@@ -31,7 +31,9 @@ fn refusal(command: &mut Command) -> String {
 
 #[test]
 fn bad_use_is_one_line_and_exit_code_2() {
-    let cases: [(&[&str], &str); 11] = [
+    let cases: [(&[&str], &str); 13] = [
+        (&["run", "--error", "0"], "'--error <E>': must be a number above 0, such as 1e-6"),
+        (&["run", "--budget", "1h"], "'--budget <TIME>': must be a time above 0, such as 2ms"),
         (&["run", "nosuch"], "nosuch: No such file"),
         (&["nosuch.yaml"], "nosuch.yaml: No such file"),
         (&["run", "--rate", "-1"], "'--rate <FACTOR>': must be a number of 0 or more"),
@@ -105,6 +107,24 @@ fn every_method_runs_a_scene() {
         assert!(last.contains("t = 3.0 s"), "{text}");
         assert_eq!(last.contains("late"), method == "steps", "{text}");
     }
+}
+
+#[test]
+fn a_budget_chooses_the_method_and_says_so() {
+    let run = |scene, more: &[&str]| {
+        let output = output(&[&["run", scene, "--for", "1", "--rate", "0"], more].concat());
+        let text = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(0), "{text}");
+        let first = text.lines().next().unwrap_or_default();
+        (first.to_owned(), text.lines().last().unwrap_or_default().contains("late"))
+    };
+    let (first, late) = run("thousand", &["--error", "1e-6", "--budget", "10s"]);
+    assert!(first.starts_with("carom: events: error ") && !late, "{first}");
+    assert!(first.ends_with("within error 1.0e-6 and budget 10 s"), "{first}");
+    let (first, late) = run("head_on", &["--error", "1e-2", "--method", "steps"]);
+    assert!(first.starts_with("carom: steps of ") && late, "{first}");
+    let (first, _) = run("head_on", &["--error", "1e-30", "--budget", "10s"]);
+    assert!(first.contains("the error of 1.0e-30 gives way, by "), "{first}");
 }
 
 #[test]

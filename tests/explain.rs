@@ -82,10 +82,29 @@ fn a_scene_in_which_nothing_happens_is_told_without_times() {
 }
 
 #[test]
+fn a_budget_is_weighed_on_the_scene() {
+    let found = table(&["thousand", "--error", "1e-6", "--budget", "10s"]);
+    let chosen = line(&found, "events");
+    assert!(chosen.contains("<- chosen") && chosen.contains("e-15"), "{found}");
+    assert!(line(&found, "steps of").contains("1.0e-6"), "{found}");
+    assert!(found.contains("within error 1.0e-6 and budget 10 s"), "{found}");
+    let budget = &document(&["head_on", "--budget", "1ns"])["budget"];
+    let candidates = budget["candidates"].as_array().expect("a list");
+    let chosen = candidates.iter().filter(|candidate| candidate["chosen"] == true);
+    assert_eq!(chosen.count(), 1, "{budget:#}");
+    assert!(candidates.iter().any(|candidate| candidate["time_s"].is_number()), "{budget:#}");
+    let verdict = budget["verdict"].as_str().expect("words");
+    assert!(verdict.contains("the budget of 1 ns gives way, by"), "{verdict}");
+    assert!(document(&["head_on", "--quick"])["budget"].is_null());
+}
+
+#[test]
 fn bad_use_is_one_line_and_code_2() {
     let bad = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("bad.yaml");
     std::fs::write(&bad, "walls: {x: [0, 4]}\n").expect("room");
-    let cases: [(&[&str], &str); 4] = [
+    let cases: [(&[&str], &str); 6] = [
+        (&["teams", "--budget", "2 hours"], "must be a time above 0, such as 2ms"),
+        (&["teams", "--quick", "--error", "1"], "cannot be used with"),
         (&["nosuch"], "nosuch: No such file"),
         (&[&bad.to_string_lossy()], "bad.yaml:1:"),
         (&["teams", "--method", "springs"], "teams: method springs does not do restitution"),

@@ -13,9 +13,11 @@ use std::io::{self, Write};
 use serde::Serialize;
 use serde_json::json;
 
+use super::budget::Budget;
 use super::{BenchError, seconds};
 use crate::detect;
 use crate::motion::arena::Arena;
+use crate::plan::budget::Wish;
 use crate::plan::parts::{Part, Parts};
 use crate::plan::why::{Row, Told};
 use crate::plan::{BroadPhase, Plan};
@@ -47,6 +49,8 @@ pub struct Options {
     pub quick: bool,
     /// One JSON object instead of the table.
     pub json: bool,
+    /// Bounds of error and run time, instead of what the scene says.
+    pub wish: Wish,
 }
 
 /// By how much longer a part would make it, in percent of the time of a contact.
@@ -67,6 +71,10 @@ pub struct Saving {
 /// # Errors
 /// When the output cannot be written.
 pub fn explain(scene: &Scene, options: Options, out: &mut impl Write) -> Result<(), BenchError> {
+    let wish = if options.wish.is_none() { scene.node.wish } else { options.wish };
+    let budget = Budget::of(scene, wish).filter(|_| !options.quick);
+    let mut scene = scene.clone();
+    budget.iter().for_each(|budget| budget.apply(&mut scene));
     let pucks: Vec<Disc> = scene.pucks.iter().map(|puck| puck.disc).collect();
     let world = scene.world();
     let told = Told { plan: world.plan(), settings: &scene.settings, pucks: &pucks };
@@ -85,7 +93,7 @@ pub fn explain(scene: &Scene, options: Options, out: &mut impl Write) -> Result<
         })
         .collect();
     let all = measure.as_ref().and_then(|watch| watch.saving(Parts::ALL));
-    let told = Explained { scene: &scene.name, told, rows, all, measure };
+    let told = Explained { scene: &scene.name, told, rows, all, measure, budget };
     if options.json {
         told.write_json(out)?
     } else {
@@ -102,6 +110,7 @@ struct Explained<'a> {
     /// With all parts.
     all: Option<Saving>,
     measure: Option<Stopwatch>,
+    budget: Option<Budget>,
 }
 
 impl Explained<'_> {
@@ -120,6 +129,7 @@ impl Explained<'_> {
             "ns_per_contact": self.measure.as_ref().map(Stopwatch::ns_per_contact),
             "parts": self.rows.iter().map(part).collect::<Vec<_>>(),
             "all_parts": self.all,
+            "budget": self.budget.as_ref().map(Budget::document),
         });
         writeln!(out, "{document:#}")
     }
@@ -149,6 +159,9 @@ impl Explained<'_> {
         if let Some(all) = &self.all {
             let saved = saved(Some(all));
             writeln!(out, "\n--keep-all, which gives the same bits: {saved} more time a contact")?;
+        }
+        if let Some(budget) = &self.budget {
+            budget.write_table(out)?;
         }
         Ok(())
     }

@@ -1,8 +1,13 @@
 //! `carom bench`: one measured run, whose physics is checked before its time is told.
 //!
 //! A [gas] of discs melts from a lattice, untimed; then its collisions are timed in blocks. A wrong
-//! answer prints no time. [`mod@explain`] measures what the plan of a scene leaves out. The only
+//! answer prints no time. [`mod@explain`] measures what the plan of a scene leaves out,
+//! [`budget`] what each method costs, [`collision`] how wrong it is. The only
 //! stopwatch and the only look at the memory are in this file.
+
+pub mod budget;
+
+pub mod collision;
 
 pub mod explain;
 

@@ -45,7 +45,7 @@ impl Live {
     #[inline]
     pub fn note(&mut self, begin: Instant, end: Instant) {
         if self.since.is_some() {
-            self.interval.durations.note((end - begin).as_secs_f64());
+            self.interval.durations.note(end - begin);
         }
     }
 

@@ -1,5 +1,7 @@
 //! The plan: what a scene needs, decided once and only here. What it does not need is left out.
 
+pub mod budget;
+
 pub mod parts;
 
 pub mod why;

@@ -3,6 +3,8 @@
 //! What a step costs here is one entry in a table of durations, whose clock the caller reads
 //! anyway. All sums over pucks are made when a report is, never at a step.
 
+use std::time::Duration;
+
 use crate::messages::{DiagnosticArray, DiagnosticStatus, ErrorReport, Header, KeyValue, Time};
 use crate::motion::arena::Arena;
 use crate::receive::Refused;
@@ -13,38 +15,51 @@ const REAL_TIME: f64 = 0.9;
 /// Binary digits behind the leading one by which durations are told apart.
 const DIGITS: u32 = 5;
 /// From nanoseconds to beyond a minute, in octaves.
-const OCTAVES: usize = 37;
+const OCTAVES: u32 = 37;
 
 /// How long steps took.
 #[derive(Clone, Debug)]
 pub struct Durations {
     counts: Vec<u32>,
     steps: u64,
-    sum: f64,
-    max: f64,
+    /// ns
+    sum: u64,
+    /// ns
+    max: u64,
 }
 
 impl Default for Durations {
     fn default() -> Self {
-        Self { counts: vec![0; OCTAVES << DIGITS], steps: 0, sum: 0.0, max: 0.0 }
+        Self { counts: vec![0; (OCTAVES << DIGITS) as usize], steps: 0, sum: 0, max: 0 }
     }
 }
 
 impl Durations {
-    /// Takes note of a step of so many seconds.
+    /// Takes note of a step.
     #[inline]
-    pub fn note(&mut self, seconds: f64) {
-        self.counts[Self::place(seconds)] += 1;
+    pub fn note(&mut self, time: Duration) {
+        // Steps of centuries are none.
+        let nanoseconds = time.as_nanos() as u64;
+        self.counts[Self::place(nanoseconds)] += 1;
         self.steps += 1;
-        self.sum += seconds;
-        self.max = self.max.max(seconds);
+        self.sum = self.sum.saturating_add(nanoseconds);
+        self.max = self.max.max(nanoseconds);
     }
 
-    /// Exponent and leading digits of the nanoseconds.
+    /// Exponent and leading digits.
     #[inline]
-    fn place(seconds: f64) -> usize {
-        let bits = (1e9 * seconds).max(1.0).to_bits() - 1.0f64.to_bits();
-        ((bits >> (52 - DIGITS)) as usize).min((OCTAVES << DIGITS) - 1)
+    fn place(nanoseconds: u64) -> usize {
+        let shift = (63 - (nanoseconds | 1).leading_zeros()).saturating_sub(DIGITS);
+        let place = (u64::from(shift) << DIGITS) + (nanoseconds >> shift);
+        place.min(u64::from((OCTAVES << DIGITS) - 1)) as usize
+    }
+
+    /// The middle of the durations at a place, ns.
+    fn middle(place: usize) -> f64 {
+        let shift = (place >> DIGITS).saturating_sub(1);
+        let least = (place - (shift << DIGITS)) as f64;
+        let unit = (1u64 << shift) as f64;
+        (least + 0.5) * unit - 0.5
     }
 
     /// Steps noted.
@@ -54,24 +69,22 @@ impl Durations {
 
     /// Their mean, s; 0 without any.
     pub fn mean(&self) -> f64 {
-        if self.steps > 0 { self.sum / self.steps as f64 } else { 0.0 }
+        if self.steps > 0 { 1e-9 * self.sum as f64 / self.steps as f64 } else { 0.0 }
     }
 
     /// The longest, s.
     pub fn max(&self) -> f64 {
-        self.max
+        1e-9 * self.max as f64
     }
 
     /// What this part of them does not exceed, s, to 2 %.
     pub fn quantile(&self, part: f64) -> f64 {
-        let wanted = (part * self.steps as f64).ceil() as u64;
+        let wanted = ((part * self.steps as f64).ceil() as u64).max(1);
         let mut seen = 0;
         for (place, &count) in self.counts.iter().enumerate() {
             seen += u64::from(count);
-            if seen >= wanted.max(1) {
-                let bits = |place: usize| (place as u64) << (52 - DIGITS);
-                let edge = |place| f64::from_bits(1.0f64.to_bits() + bits(place));
-                return (0.5e-9 * (edge(place) + edge(place + 1))).min(self.max);
+            if seen >= wanted {
+                return (1e-9 * Self::middle(place)).min(self.max());
             }
         }
         0.0
@@ -79,7 +92,7 @@ impl Durations {
 
     fn clear(&mut self) {
         self.counts.fill(0);
-        (self.steps, self.sum, self.max) = (0, 0.0, 0.0);
+        (self.steps, self.sum, self.max) = (0, 0, 0);
     }
 }
 

@@ -13,6 +13,7 @@ use super::{NodeSettings, Puck, Scene, SceneError};
 use crate::detect;
 use crate::detect::touching::overlap;
 use crate::messages::Contact;
+use crate::plan::budget::{self, Wish};
 use crate::plan::parts::Parts;
 use crate::plan::{BroadPhase, Method};
 use crate::world::{Disc, Pace, Periodic, Settings, Walls, limits};
@@ -95,6 +96,16 @@ struct NodeFile {
     contact_margin_m: Option<Spanned<f64>>,
     frame_id: Option<String>,
     circle_topics: Option<Spanned<Vec<String>>>,
+    error: Option<Spanned<f64>>,
+    budget: Option<Spanned<RunTime>>,
+}
+
+/// Seconds, or a time with its unit.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum RunTime {
+    Seconds(f64),
+    Text(String),
 }
 
 /// Reads a scene from YAML; `file` is its name in errors.
@@ -217,7 +228,23 @@ impl Reader<'_> {
             }
         }
         let frame_id = node.frame_id.clone().unwrap_or_else(|| "map".to_owned());
-        Ok(NodeSettings { publish_rate_hz, frame_id, circle_topics })
+        let wish = self.wish(node)?;
+        Ok(NodeSettings { publish_rate_hz, frame_id, circle_topics, wish })
+    }
+
+    /// Bounds of error and run time.
+    fn wish(&self, node: &NodeFile) -> Checked<Wish> {
+        let error = match &node.error {
+            Some(_) => Some(self.above_0("error", &node.error, 0.0)?),
+            None => None,
+        };
+        let Some(file) = &node.budget else { return Ok(Wish { error, budget: None }) };
+        let budget = match &file.value {
+            RunTime::Seconds(seconds) => budget::parse_budget(&seconds.to_string()),
+            RunTime::Text(text) => budget::parse_budget(text),
+        };
+        let wrong = |wanted| self.error(Some(file.referenced), format!("budget: {wanted}"));
+        Ok(Wish { error, budget: Some(budget.map_err(wrong)?) })
     }
 
     fn read_pucks(&mut self, pucks: &[Spanned<PuckFile>], walls: Option<Walls>) -> Checked<()> {

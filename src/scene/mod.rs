@@ -17,6 +17,7 @@ use std::fmt;
 use std::fs::File;
 use std::io::Read;
 
+use crate::plan::budget::Wish;
 use crate::plan::{Method, Plan};
 use crate::world::{Disc, Settings, World, limits};
 
@@ -105,6 +106,8 @@ pub struct NodeSettings {
     pub frame_id: String,
     /// Topics on which circles are reported.
     pub circle_topics: Vec<String>,
+    /// Bounds of error and run time, by which the method is chosen.
+    pub wish: Wish,
 }
 
 /// Why a scene was refused: one line.
