@@ -1,8 +1,8 @@
 //! Live: how exact and how fast the node is, once a second, for whoever listens.
 //!
-//! While nobody does, and no log asks (`RUST_LOG=debug`), nothing is timed, no account of momentum
-//! is kept and no report is made. Steps are timed between two looks at the clock that the loop
-//! takes anyway; that is all that a step pays.
+//! While nobody does, and no log asks (`RUST_LOG=carom=debug`), nothing is timed, no account of
+//! momentum is kept and no report is made. Steps are timed between two looks at the clock that the
+//! loop takes anyway; that is all that a step pays.
 
 use std::time::{Duration, Instant};
 
