@@ -72,7 +72,7 @@ pub struct Saving {
 /// When the output cannot be written.
 pub fn explain(scene: &Scene, options: Options, out: &mut impl Write) -> Result<(), BenchError> {
     let wish = if options.wish.is_none() { scene.node.wish } else { options.wish };
-    let budget = Budget::of(scene, wish).filter(|_| !options.quick);
+    let budget = if options.quick { None } else { Budget::of(scene, wish) };
     let mut scene = scene.clone();
     budget.iter().for_each(|budget| budget.apply(&mut scene));
     let pucks: Vec<Disc> = scene.pucks.iter().map(|puck| puck.disc).collect();
