@@ -1,0 +1,1 @@
+//! Draw: a page becomes files. Nothing here measures.
