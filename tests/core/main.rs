@@ -3,6 +3,7 @@
 mod common;
 mod detect;
 mod drag;
+mod edits;
 mod events;
 mod exact;
 mod gravity;

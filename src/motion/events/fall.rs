@@ -164,6 +164,14 @@ impl Events {
         }
     }
 
+    /// Puts a disc where it did not come by falling: gravity did no work on the way.
+    pub(super) fn put_falling(&mut self, k: usize, position: DVec2, velocity: DVec2) {
+        self.set_state(k, position, velocity);
+        if let Some(fall) = &mut self.fall {
+            fall.booked[k] = position;
+        }
+    }
+
     /// Who expects to meet a disc is wrong, though it seems to fly as before.
     pub(super) fn expect_otherwise(&mut self, k: usize) {
         let met = self.dues.iter_mut().filter(|due| due.met() == k);

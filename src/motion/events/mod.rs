@@ -22,6 +22,7 @@
 mod again;
 mod calendar;
 mod cells;
+mod come;
 mod contacts;
 mod edit;
 mod fall;
@@ -44,6 +45,7 @@ use crate::plan::parts::{Part, Parts};
 use crate::world::{Contact, Disc, DiscId, Owner, Walls, limits};
 use calendar::Calendar;
 use cells::{Border, Cells, Needs, Place};
+use come::UNSEEN;
 use fall::Fall;
 use lanes::{Near, Unit, Wrap};
 use levels::{Grids, Levels};
@@ -197,8 +199,10 @@ pub struct Events {
     cells: Cells,
     /// Coarser cells, where sizes differ much.
     levels: Levels,
-    /// Whether discs came or went since the cells were made.
+    /// Whether they must be made anew before time goes on.
     outdated: bool,
+    /// How many discs they were made for.
+    made_for: usize,
     /// The largest diameter that the cells have room for, m.
     diameter: f64,
     /// The largest diameter of those in the finest cells, m.
@@ -290,6 +294,7 @@ impl Events {
             cells,
             levels,
             outdated: false,
+            made_for: discs.len(),
             diameter,
             scale: needs.diameter,
             calendar: Calendar::new(day, days, discs.len()),
@@ -419,8 +424,7 @@ impl Events {
         }
         for _ in 0..limits::EVENTS_PER_ADVANCE {
             let Some((k, due)) = self.next_due::<U>(until) else {
-                // An event's time may have rounded to just after `until`.
-                self.now = self.now.max(until - self.base);
+                self.reach(until);
                 return Ok(());
             };
             self.now = self.now.max(due.time());
@@ -432,6 +436,15 @@ impl Events {
             }
         }
         Ok(())
+    }
+
+    /// Nothing more happens before `until`: that is the present, to the last bit.
+    fn reach(&mut self, until: f64) {
+        // An event's time may have rounded to just after it.
+        self.now = self.now.max(until - self.base);
+        if self.now() < until {
+            self.now = self.now.next_up();
+        }
     }
 
     /// The disc whose event is the next, if that comes before `until`.
@@ -448,7 +461,8 @@ impl Events {
                 continue;
             };
             let k = self.calendar.disc(entry);
-            let due = self.dues[k];
+            // A disc that went may have left entries.
+            let due = self.dues.get(k).copied().unwrap_or(UNSEEN);
             let holds = self.calendar.holds(entry, due.time());
             if holds && due.time() > until - self.base {
                 return None;
@@ -482,7 +496,7 @@ impl Events {
     #[inline(always)]
     fn open_next_day<U: Unit>(&mut self) {
         let dues = &self.dues;
-        self.calendar.next_day::<U>(|k| dues[k].time());
+        self.calendar.next_day::<U>(|k| dues.get(k).map_or(f64::INFINITY, Due::time));
     }
 
     /// Carries all flights on to the next epoch in which something happens; `false` if nothing does
