@@ -73,7 +73,8 @@ fn straight() -> Plot {
         "cost",
         vec![
             series(
-                "events, one size of discs in a periodic box of a hundred diameters and two walls of different restitution",
+                "events, one size of discs in a periodic box of a hundred diameters, and two walls \
+             of different restitution",
                 Kind::Curve,
                 (0..12).map(rate).collect(),
             ),
@@ -82,7 +83,7 @@ fn straight() -> Plot {
     );
     plot.x = axis("area fraction", "1", false, false);
     plot.y = axis(
-        "collisions of a disc in the time that it needs for its own diameter at the mean speed",
+        "collisions of a disc in the time that it needs for its own diameter at mean speed",
         "1/s",
         false,
         true,
@@ -91,7 +92,7 @@ fn straight() -> Plot {
     plot
 }
 
-fn map(name: &str, scale: Scale, value: impl Fn(f64, f64) -> f64) -> Map {
+pub fn map(name: &str, scale: Scale, value: impl Fn(f64, f64) -> f64) -> Map {
     let xs: Vec<f64> = (0..40).map(|k| 10_f64.powf(-2.0 + 0.1 * f64::from(k))).collect();
     let ys: Vec<f64> = (0..30).map(|k| 0.05 * f64::from(k)).collect();
     let bound = xs.iter().map(|x| point(*x, 1.4 / (1.0 + x)));
@@ -116,7 +117,7 @@ fn map(name: &str, scale: Scale, value: impl Fn(f64, f64) -> f64) -> Map {
     }
 }
 
-fn table(rows: usize) -> Table {
+pub fn table(rows: usize) -> Table {
     let column = |label: &str, number, timed| Column { label: label.to_owned(), number, timed };
     let row = |k: usize| {
         vec![
@@ -125,7 +126,7 @@ fn table(rows: usize) -> Table {
             format!("{:.2e}", 1e-16 * k as f64),
             "1e-12".to_owned(),
             format!("{:.3}", 0.01 * k as f64),
-            "a long remark on what was left out here and why it was, in words".to_owned(),
+            "a long remark on what was left out here and why, in words".to_owned(),
         ]
     };
     Table {
@@ -145,7 +146,14 @@ fn table(rows: usize) -> Table {
 }
 
 pub fn page() -> Page {
-    let text = vec!["How wrong is each method, and what does it cost? The exact method is also the quickest: fixed steps pay more for every digit.".to_owned(), "One simulated second of 1000 equal discs between walls, area fraction 0.3, seed 1; 10 repeats, median and least.".to_owned()];
+    let text = vec![
+        "How wrong is each method, and what does it cost? The exact method is also the quickest: \
+         fixed steps pay more for every digit."
+            .to_owned(),
+        "One simulated second of 1000 equal discs between walls, area fraction 0.3, seed 1; 10 \
+         repeats, median and least."
+            .to_owned(),
+    ];
     let section = |name, title: &str, items| Section {
         name,
         title: title.to_owned(),

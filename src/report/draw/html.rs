@@ -114,7 +114,7 @@ fn boxed(label: &str, content: &Markup) -> Markup {
 fn rows(table: &Table) -> Markup {
     let number = |k: usize| table.columns.get(k).is_some_and(|column| column.number);
     html! {
-        table {
+        table.data {
             thead {
                 tr {
                     @for column in &table.columns {
@@ -171,6 +171,7 @@ fn rules() -> String {
          th,td{{padding:.35rem .7rem;text-align:left;vertical-align:top;\
          border-bottom:1px solid var(--minor);overflow-wrap:normal;min-width:4.5rem;\
          max-width:24rem}}\
+         .data{{width:max-content;min-width:100%}}\
          thead th{{position:sticky;top:0;background:var(--paper);\
          box-shadow:inset 0 -1px var(--weak);vertical-align:bottom}}\
          tbody tr:last-child>*{{border-bottom:0}}\

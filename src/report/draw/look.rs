@@ -75,7 +75,8 @@ pub const DASHES: [&str; 4] = ["7 4", "2 3", "9 3 2 3", "14 5"];
 fn colours(css: &mut String, curves: &[&str], [paper, ink, weak, grid, minor]: [&str; 5]) {
     let _ = write!(
         css,
-        ".plot{{color:{ink}}}.plot .weak{{color:{weak}}}.plot .paper{{fill:{paper}}}\
+        ".plot{{color:{ink};background:{paper}}}\
+         .plot .weak{{color:{weak}}}.plot .paper{{fill:{paper}}}\
          .plot .mark{{stroke:{paper}}}.plot .open{{fill:{paper};stroke:currentColor}}\
          .plot .frame{{stroke:{weak}}}.plot .grid{{stroke:{grid}}}.plot .minor{{stroke:{minor}}}\
          .plot .guide{{stroke:{ink}}}.plot .halo{{stroke:{paper}}}.plot .hatch{{stroke:{paper}}}"

@@ -15,6 +15,9 @@ use crate::report::page::{Axis, Map, Scale as Meaning};
 /// Cells that can be pointed at one by one; of more the page would be too heavy.
 const POINTED_MAX: usize = 3000;
 
+/// How much a cell reaches under its neighbours, so that no seam shows where pixels are rounded.
+const UNDER: f64 = 0.6;
+
 /// Colours of the bar.
 const BAR_STEPS: usize = 60;
 
@@ -106,8 +109,8 @@ fn cells(map: &Map, area: &Area, x_edges: &[f64], y_edges: &[f64]) -> Vec<Cell> 
             cells.push(Cell {
                 left: one.0.min(other.0),
                 top: one.1.min(other.1),
-                right: one.0.max(other.0),
-                bottom: one.1.max(other.1),
+                right: one.0.max(other.0) + UNDER,
+                bottom: one.1.max(other.1) + UNDER,
                 value: *value,
                 place: format!("{}\n{}", named(&map.x, *x), named(&map.y, *y)),
             });
@@ -185,7 +188,7 @@ fn bar(drawing: &mut Drawing, axis: &Axis, area: &Area, scale: Scale) {
     drawing.add(html! {
         @for k in 0..BAR_STEPS {
             rect class="cell" fill=(colour((k as f64 + 0.5) / BAR_STEPS as f64))
-                x=(c(left + k as f64 * step)) y=(c(top)) width=(c(step + 0.2)) height="14" {}
+                x=(c(left + k as f64 * step)) y=(c(top)) width=(c(step + UNDER)) height="14" {}
         }
         @for (place, label) in labelled {
             path class="frame" d={ "M" (c(left + place * width)) " " (c(top + 14.0)) "v5" } {}

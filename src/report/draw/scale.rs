@@ -16,6 +16,9 @@ const PAD: f64 = 0.04;
 /// What a straight axis still can place: sums and differences of these are finite.
 const LARGEST: f64 = 1e300;
 
+/// What a straight axis takes for zero: steps between its ticks are still normal numbers.
+const LEAST: f64 = 1e-280;
+
 /// A straight axis shows no less than this part of its values: more digits fit no label.
 const FINEST: f64 = 1e-9;
 
@@ -179,6 +182,7 @@ fn transformed(log: bool, value: f64) -> Option<f64> {
     if log {
         (value > 0.0 && value.is_finite()).then(|| value.log10())
     } else {
+        let value = if value.abs() < LEAST { 0.0 } else { value };
         (value.abs() <= LARGEST).then_some(value)
     }
 }
