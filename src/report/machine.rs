@@ -5,10 +5,10 @@
 
 use std::thread::available_parallelism;
 
-use super::Effort;
+use super::{Effort, Options};
 
 /// Name and value of everything that run times depend on; how the load was, as it is now.
-pub fn describe(effort: Effort) -> Vec<(String, String)> {
+pub fn describe(options: &Options) -> Vec<(String, String)> {
     let processors = available_parallelism().map_or("unknown".to_owned(), |n| n.to_string());
     let pairs = [
         ("processor", model().unwrap_or_else(|| "not told by the system".to_owned())),
@@ -18,13 +18,18 @@ pub fn describe(effort: Effort) -> Vec<(String, String)> {
         ("compiled for", compiled_for()),
         ("debug assertions", debug_assertions().to_owned()),
         ("carom", format!("{}, features {}", env!("CARGO_PKG_VERSION"), features())),
-        (
-            "report",
-            format!("carom report{}", if effort == Effort::Quick { " --quick" } else { "" }),
-        ),
+        ("command", command(options)),
         ("load average at start", load().unwrap_or_else(|| "not told by the system".to_owned())),
     ];
     pairs.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
+}
+
+/// Without the folder: where the files went says nothing.
+fn command(options: &Options) -> String {
+    let quick = if options.effort == Effort::Quick { " --quick" } else { "" };
+    let only = options.only.join(",");
+    let only = if only.is_empty() { only } else { format!(" --only {only}") };
+    format!("carom report{quick}{only}")
 }
 
 fn model() -> Option<String> {

@@ -93,7 +93,7 @@ pub fn report_on(
 ) -> Result<(), ReportError> {
     let wanted = chosen(figures, &options.only)?;
     folder::prepare(&options.folder)?;
-    let machine = machine::describe(options.effort);
+    let machine = machine::describe(options);
     let (seconds, sections) = crate::bench::seconds(|| measured(&wanted, options.effort));
     let files = draw::files(Page { machine, sections: sections? });
     folder::write(&options.folder, &files)?;

@@ -11,6 +11,9 @@ use super::text::clean;
 use super::{map, plot};
 use crate::report::page::{Item, Page, Section, Table};
 
+/// Letters of a cell that is broken into lines, in a column that stays wide enough for it.
+const WORDS: usize = 28;
+
 /// The page as a text.
 pub fn text(page: &Page) -> String {
     let markup = html! {
@@ -113,8 +116,16 @@ fn boxed(label: &str, content: &Markup) -> Markup {
 
 fn rows(table: &Table) -> Markup {
     let number = |k: usize| table.columns.get(k).is_some_and(|column| column.number);
+    let letters =
+        |k: usize| table.rows.iter().filter_map(move |row| row.get(k)?.chars().nth(WORDS));
+    let class = |k: usize| match (number(k), letters(k).count()) {
+        (true, _) => Some("number"),
+        (false, 0) => None,
+        (false, _) => Some("words"),
+    };
+    let classes: Vec<_> = (0..table.columns.len()).map(class).collect();
     html! {
-        table.data {
+        table {
             thead {
                 tr {
                     @for column in &table.columns {
@@ -129,7 +140,7 @@ fn rows(table: &Table) -> Markup {
                 @for row in &table.rows {
                     tr {
                         @for (k, cell) in row.iter().enumerate() {
-                            td class=[number(k).then_some("number")] { (cell) }
+                            td class=[classes.get(k).copied().flatten()] { (cell) }
                         }
                     }
                 }
@@ -165,13 +176,18 @@ fn rules() -> String {
          figure{{margin:1.8rem 0}}figcaption{{color:var(--weak);font-size:.9rem}}\
          figcaption p{{margin:.4rem 0}}.files a{{margin-right:.6rem;padding:.3rem 0}}\
          .plot{{display:block;width:100%;height:auto}}\
-         .box{{overflow:auto;max-height:75vh;border:1px solid var(--grid);border-radius:.5rem}}\
+         .box{{overflow:auto;max-height:75vh;border:1px solid var(--grid);border-radius:.5rem;\
+         background:linear-gradient(90deg,var(--paper) 50%,transparent) 0 0/2.5rem 100% local,\
+         linear-gradient(270deg,var(--paper) 50%,transparent) 100% 0/2.5rem 100% local,\
+         linear-gradient(90deg,var(--grid),transparent) 0 0/1rem 100% scroll,\
+         linear-gradient(270deg,var(--grid),transparent) 100% 0/1rem 100% scroll;\
+         background-repeat:no-repeat}}\
          table{{border-collapse:collapse;width:100%;font-size:.9rem;line-height:1.35;\
          font-variant-numeric:tabular-nums}}\
          th,td{{padding:.35rem .7rem;text-align:left;vertical-align:top;\
          border-bottom:1px solid var(--minor);overflow-wrap:normal;min-width:4.5rem;\
          max-width:24rem}}\
-         .data{{width:max-content;min-width:100%}}\
+         .words{{min-width:13rem}}\
          thead th{{position:sticky;top:0;background:var(--paper);\
          box-shadow:inset 0 -1px var(--weak);vertical-align:bottom}}\
          tbody tr:last-child>*{{border-bottom:0}}\

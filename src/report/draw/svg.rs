@@ -148,7 +148,7 @@ impl Drawing {
         let wide = SAMPLE + LETTER_WIDTH * longest as f64 + 14.0;
         let columns = ((WIDTH / wide) as usize).clamp(1, 3).min(entries.len().max(1));
         let rows = entries.len().div_ceil(columns);
-        let top = self.height;
+        let (top, mut bottom) = (self.height, self.height);
         for (k, ((sample, _), lines)) in entries.iter().zip(&wrapped).enumerate() {
             if k % rows == 0 {
                 self.height = top;
@@ -161,9 +161,9 @@ impl Drawing {
                 self.add(html! { text x=(x) y=(y) dy=".35em" { (line) } });
                 self.height += LINE;
             }
+            bottom = self.height.max(bottom);
         }
-        let used: usize = wrapped.iter().take(rows).map(Vec::len).sum();
-        self.height = self.height.max(top + LINE * used as f64);
+        self.height = bottom;
     }
 
     fn sample(&self, sample: Sample, x: f64, y: f64) -> Markup {
