@@ -110,3 +110,25 @@ fn the_command_says_in_one_line_what_is_wrong() {
     }
     assert!(!Path::new(unused).exists());
 }
+
+/// The quickest figure, by the command itself; while there is none, a page without any.
+#[test]
+fn the_command_makes_the_page() {
+    let folder = fresh("command");
+    let quickest = figures::ALL.iter().min_by(|a, b| a.1.total_cmp(&b.1)).map(|(name, ..)| *name);
+    let mut arguments = vec!["--quick", "--out", folder.to_str().expect("text")];
+    arguments.extend(quickest.iter().flat_map(|name| ["--only", name]));
+    let output = carom(&arguments);
+    let said = String::from_utf8(output.stderr).expect("text");
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    let page = folder.join("index.html");
+    let told = String::from_utf8(output.stdout).expect("text");
+    assert!(told.starts_with(page.to_str().expect("text")), "{told}");
+    let page = std::fs::read_to_string(page).expect("the page");
+    for name in quickest {
+        assert_eq!(said, format!("carom report: {name} (1 of 1)\n"));
+        assert!(page.contains(&format!("<section id=\"{name}\">")));
+        let data = names(&folder).into_iter().filter(|file| file.ends_with(".csv"));
+        assert!(data.count() > 0);
+    }
+}

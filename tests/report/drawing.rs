@@ -208,6 +208,15 @@ fn what_has_no_place_is_counted() {
 }
 
 #[test]
+fn commands_in_a_text_are_set_as_such() {
+    let mut page = page_of(Vec::new());
+    page.sections[0].text.push("with `carom <check>` and `odd".to_owned());
+    let text = files(page).pop().expect("the page").1;
+    let set = "<p>with <code>carom &lt;check&gt;</code> and `odd</p>";
+    assert!(text.contains(set));
+}
+
+#[test]
 fn names_of_files_are_distinct() {
     let items = (0..3).map(|_| Item::Table(sample::table(1))).collect();
     let names: Vec<String> = files(page_of(items)).into_iter().map(|(name, _)| name).collect();

@@ -12,7 +12,7 @@ use super::{map, plot};
 use crate::report::page::{Item, Page, Section, Table};
 
 /// Letters of a cell that is broken into lines, in a column that stays wide enough for it.
-const WORDS: usize = 28;
+const WORDS: usize = 26;
 
 /// The page as a text.
 pub fn text(page: &Page) -> String {
@@ -81,8 +81,20 @@ fn of_section(section: &Section) -> Markup {
     html! {
         section id=(section.name) {
             h2 { (section.title) }
-            @for paragraph in &section.text { p { (paragraph) } }
+            @for paragraph in &section.text { p { (set(paragraph)) } }
             @for item in &section.items { (of_item(item)) }
+        }
+    }
+}
+
+/// Plain text but for commands, which stand between backticks.
+fn set(text: &str) -> Markup {
+    let parts: Vec<&str> = text.split('`').collect();
+    html! {
+        @for (k, part) in parts.iter().enumerate() {
+            @if k % 2 == 0 { (part) }
+            @else if k + 1 < parts.len() { code { (part) } }
+            @else { "`" (part) }
         }
     }
 }
@@ -99,7 +111,7 @@ fn of_item(item: &Item) -> Markup {
             h3 { (title) }
             (content)
             figcaption {
-                @if !caption.is_empty() { p { (caption) } }
+                @if !caption.is_empty() { p { (set(caption)) } }
                 p.files {
                     a href={ (name) ".csv" } { "CSV" }
                     @if drawn { " " a href={ (name) ".svg" } { "SVG" } }
@@ -164,12 +176,13 @@ fn style() -> String {
 fn rules() -> String {
     format!(
         "*{{box-sizing:border-box}}\
-         body{{margin:0 auto;padding:0 1rem 3rem;max-width:52rem;background:var(--paper);\
+         body{{margin:0 auto;padding:0 1rem 3rem;max-width:64rem;background:var(--paper);\
          color:var(--ink);font:1rem/1.55 {FONT};overflow-wrap:break-word}}\
          h1{{margin:2rem 0 0;font-size:1.9rem;line-height:1.2}}\
          h2{{margin:3rem 0 .6rem;font-size:1.4rem;line-height:1.25}}\
          h3{{margin:0 0 .5rem;font-size:1.05rem;line-height:1.3}}\
-         p{{margin:.6rem 0}}.lead{{color:var(--weak);font-size:1.1rem;margin:.2rem 0 1rem}}\
+         p,h3,nav,.plot{{max-width:52rem}}p{{margin:.6rem 0}}\
+         .lead{{color:var(--weak);font-size:1.1rem;margin:.2rem 0 1rem}}\
          a{{color:var(--link)}}\
          nav{{padding:.8rem 1rem;border:1px solid var(--grid);border-radius:.5rem}}\
          nav ol{{margin:0;padding-left:1.4rem}}nav li{{padding:.15rem 0}}\
@@ -187,11 +200,11 @@ fn rules() -> String {
          th,td{{padding:.35rem .7rem;text-align:left;vertical-align:top;\
          border-bottom:1px solid var(--minor);overflow-wrap:normal;min-width:4.5rem;\
          max-width:24rem}}\
-         .words{{min-width:13rem}}\
+         td{{white-space:nowrap}}.words,td:only-of-type{{min-width:13rem;white-space:normal}}\
          thead th{{position:sticky;top:0;background:var(--paper);\
          box-shadow:inset 0 -1px var(--weak);vertical-align:bottom}}\
          tbody tr:last-child>*{{border-bottom:0}}\
-         .number{{text-align:right;white-space:nowrap}}thead .number{{white-space:normal}}\
+         .number{{text-align:right}}code{{font-size:.92em}}\
          .timed{{color:var(--weak);font-size:.8em;font-weight:400;font-style:italic}}\
          footer{{margin-top:3rem;color:var(--weak);font-size:.9rem}}"
     )

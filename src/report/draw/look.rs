@@ -27,8 +27,8 @@ pub const LETTER: f64 = 18.0;
 /// Distance of lines of text.
 pub const LINE: f64 = 23.0;
 
-/// Width of a letter, at most on the average.
-pub const LETTER_WIDTH: f64 = 0.55 * LETTER;
+/// Width of a letter on the average: 0.51 of its height in DejaVu Sans, one of the widest.
+pub const LETTER_WIDTH: f64 = 0.52 * LETTER;
 
 /// How many hatches there are besides none.
 pub const HATCHES: usize = 7;

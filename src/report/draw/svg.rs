@@ -145,7 +145,7 @@ impl Drawing {
         let letters = ((WIDTH - SAMPLE - 8.0) / LETTER_WIDTH) as usize;
         let wrapped: Vec<_> = entries.iter().map(|(_, text)| wrapped(text, letters)).collect();
         let longest = wrapped.iter().flatten().map(|line| line.chars().count()).max().unwrap_or(0);
-        let wide = SAMPLE + LETTER_WIDTH * longest as f64 + 14.0;
+        let wide = SAMPLE + LETTER_WIDTH * longest as f64 + 10.0;
         let columns = ((WIDTH / wide) as usize).clamp(1, 3).min(entries.len().max(1));
         let rows = entries.len().div_ceil(columns);
         let (top, mut bottom) = (self.height, self.height);
