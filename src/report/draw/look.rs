@@ -30,8 +30,8 @@ pub const LINE: f64 = 23.0;
 /// Width of a letter on the average: 0.51 of its height in DejaVu Sans, one of the widest.
 pub const LETTER_WIDTH: f64 = 0.52 * LETTER;
 
-/// How many hatches there are besides none.
-pub const HATCHES: usize = 7;
+/// Width of a digit there.
+pub const DIGIT_WIDTH: f64 = 0.64 * LETTER;
 
 /// Letters of page and plots.
 pub const FONT: &str =
@@ -44,7 +44,7 @@ pub fn style() -> String {
          .plot .title{{font-weight:600}}\
          .plot .sup{{font-size:75%}}\
          .plot .curve{{fill:none;stroke:currentColor;stroke-width:1.8;stroke-linejoin:round}}\
-         .plot .spread{{fill:none;stroke:currentColor;stroke-width:1.3}}\
+         .plot .spread{{fill:none;stroke:currentColor;stroke-width:1.3;opacity:.7}}\
          .plot .mark{{fill:currentColor;stroke-width:.8}}\
          .plot .open{{stroke:currentColor;stroke-width:1.8}}\
          .plot .frame,.plot .grid,.plot .minor{{fill:none;stroke-width:1}}\

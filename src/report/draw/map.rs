@@ -8,7 +8,7 @@ use maud::{Markup, html};
 
 use super::plot::{guide, labels, line, samples};
 use super::scale::Scale;
-use super::svg::{Area, Drawing, Sample, WIDTH, c, set};
+use super::svg::{Area, Drawing, Sample, c, set};
 use super::text::{value, with_unit};
 use crate::report::page::{Axis, Map, Scale as Meaning};
 
@@ -80,7 +80,7 @@ fn edges(axis: &Axis, centres: &[f64]) -> Vec<f64> {
     let centres: Vec<f64> = centres.iter().map(|x| to(*x)).collect();
     let [first, .., last] = centres[..] else {
         let Some(only) = centres.first() else { return Vec::new() };
-        let half = if log { 1.0 } else { (0.1 * only.abs()).max(f64::MIN_POSITIVE) };
+        let half = if log || *only == 0.0 { 1.0 } else { 0.1 * only.abs() };
         return vec![from(only - half), from(only + half)];
     };
     let n = centres.len();
@@ -181,7 +181,7 @@ fn kinds(map: &Map, classes: &[String], cells: &[Cell], drawing: &Drawing) -> Ma
 fn bar(drawing: &mut Drawing, axis: &Axis, area: &Area, scale: Scale) {
     drawing.height += 4.0;
     drawing.lines(&with_unit(axis), "label");
-    let (left, top, width) = (area.left, drawing.height + 6.0, WIDTH - area.left - 22.0);
+    let (left, top, width) = (area.left, drawing.height + 6.0, area.width);
     let step = width / BAR_STEPS as f64;
     let ticks = scale.ticks(5);
     let labelled = ticks.iter().filter_map(|tick| Some((tick.place, tick.label.as_ref()?)));

@@ -61,8 +61,9 @@ impl Label {
 
     /// Width, in widths of a digit.
     pub fn digits(&self) -> f64 {
-        let exponent = self.exponent.as_ref().map_or(0, |text| text.chars().count());
-        self.base.chars().count() as f64 + 0.75 * exponent as f64
+        let wide = |c: char| if c.is_ascii_digit() { 1.0 } else { 1.3 };
+        let width = |text: &str| text.chars().map(wide).sum::<f64>();
+        width(&self.base) + 0.75 * self.exponent.as_deref().map_or(0.0, width)
     }
 }
 

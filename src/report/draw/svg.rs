@@ -6,7 +6,7 @@
 
 use maud::{Markup, PreEscaped, html};
 
-use super::look::{self, LETTER, LETTER_WIDTH, LINE, Look};
+use super::look::{self, DIGIT_WIDTH, LETTER, LETTER_WIDTH, LINE, Look};
 use super::scale::{Label, Scale, Tick};
 use super::text::{clean, with_unit, wrapped};
 use crate::report::page::Axis;
@@ -109,9 +109,9 @@ impl Drawing {
         self.lines(&with_unit(y_axis), "label");
         let y_ticks = y.ticks(8);
         let digits = y_ticks.iter().filter_map(|tick| tick.label.as_ref()).map(Label::digits);
-        let left = (LETTER_WIDTH * digits.fold(1.0, f64::max) + 16.0).clamp(40.0, 200.0);
+        let left = (DIGIT_WIDTH * digits.fold(1.0, f64::max) + 11.0).clamp(40.0, 200.0);
         let top = self.height + 0.5 * LINE;
-        let width = WIDTH - left - 22.0;
+        let width = WIDTH - left - 30.0;
         let area = Area { left, top, width, height: AREA_HEIGHT, x, y };
         let x_ticks = x.ticks(if x_axis.log { 7 } else { 5 });
         self.parts.push(grid(&area, &x_ticks, &y_ticks));
