@@ -149,7 +149,7 @@ impl Scale {
             ticks.push((f64::from(decade), label));
             // Between decades only where there is room.
             for factor in 2..=9 {
-                let labelled = span <= 1.6 && (factor == 2 || factor == 5);
+                let labelled = span <= 2.0 && (factor == 2 || factor == 5);
                 let label = labelled.then(|| Label::power(&format!("{factor}\u{d7}"), decade));
                 if span <= 5.0 {
                     ticks.push((f64::from(decade) + f64::from(factor).log10(), label));

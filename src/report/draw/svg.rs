@@ -97,7 +97,8 @@ impl Drawing {
 
     /// Adds lines of text.
     pub fn lines(&mut self, text: &str, class: &str) {
-        for line in wrapped(text, (WIDTH / LETTER_WIDTH) as usize) {
+        // Titles are bold, so wider.
+        for line in wrapped(text, (WIDTH / (1.15 * LETTER_WIDTH)) as usize) {
             let y = c(self.height + LETTER);
             self.add(html! { text class=(class) x="4" y=(y) { (line) } });
             self.height += LINE;
