@@ -60,8 +60,8 @@ pub(super) fn pair_impact_here(d: DVec2, w: DVec2, s: f64) -> Option<f64> {
     (discriminant >= 0.0).then(|| c / (discriminant.sqrt() - b))
 }
 
-/// [`pair_impact`] with everything in double-double, needed or not: to show what looking first saves
-/// and that it costs no digit. Not in the same bits.
+/// [`pair_impact`] with everything in double-double, needed or not: to show what looking first
+/// saves, and that it costs no digit. Not in the same bits.
 pub fn pair_impact_in_full(d: DVec2, w: DVec2, s: f64) -> Option<f64> {
     fused::pair_impact_in_full(d, w, s)
 }
