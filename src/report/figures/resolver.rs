@@ -11,11 +11,11 @@ use std::hint::black_box;
 
 use glam::DVec2;
 
-use super::items::{self, against_time, decades, numbers, short, times, words};
+use super::items::{self, against_time, decades, guide, numbers, point, short, times, words};
 use super::timing::{self, Timing};
 use crate::exact::{DoubleDouble, RunningSum, UNIT_ROUNDOFF};
 use crate::report::digits::{self, BigVec};
-use crate::report::page::{Column, Item, Kind, Plot, Section, Series, Table};
+use crate::report::page::{Axis, Column, Item, Kind, Plot, Section, Series, Table};
 use crate::report::{Effort, Progress, ReportError};
 use crate::world::Disc;
 use pairs::{Category, SEED, Touching};
@@ -82,14 +82,16 @@ pub fn section_of(size: Size, progress: Progress) -> Result<Section, ReportError
     }
     let biases: Vec<Bias> = ALL.iter().map(|variant| bias(variant.law, size.collisions)).collect();
     progress(1.0);
+    let plotted = |shown| Item::Plot(plot(&categories, &outcomes, size, shown));
     let judge = judge_time(&categories[2].pairs);
     Ok(Section {
         name: "resolver",
         title: "One contact: how exact, and at what price".to_owned(),
         text: text(size, &categories),
         items: vec![
-            Item::Plot(plot(&categories, &outcomes, size, true)),
-            Item::Plot(plot(&categories, &outcomes, size, false)),
+            plotted(Shown::OfBound),
+            plotted(Shown::Largest),
+            plotted(Shown::Mean),
             Item::Table(table(&categories, &outcomes, judge)),
             Item::Table(bias_table(&biases, size)),
         ],
@@ -278,30 +280,74 @@ fn text(size: Size, categories: &[Category]) -> Vec<String> {
     ]
 }
 
-fn plot(categories: &[Category], outcomes: &[Vec<Outcome>], size: Size, is_largest: bool) -> Plot {
-    let which = if is_largest { "largest" } else { "mean" };
-    let series = ALL.iter().enumerate().map(|(k, variant)| {
+/// What a plot shows of an outcome.
+#[derive(Clone, Copy)]
+enum Shown {
+    OfBound,
+    Largest,
+    Mean,
+}
+
+impl Shown {
+    fn of(self, outcome: &Outcome) -> f64 {
+        match self {
+            Self::OfBound => outcome.of_bound,
+            Self::Largest => outcome.largest,
+            Self::Mean => outcome.mean,
+        }
+    }
+
+    /// Name, title, axis.
+    fn words(self) -> (&'static str, &'static str, Axis) {
+        let axis = |label: &str| decades(label, "u |dv|");
+        match self {
+            Self::OfBound => (
+                "resolver_bound",
+                "The largest error of a velocity, beside carom's bound",
+                decades("largest error over the bound", "1"),
+            ),
+            Self::Largest => (
+                "resolver_largest",
+                "The largest error of a velocity after a contact",
+                axis("largest error"),
+            ),
+            Self::Mean => (
+                "resolver_mean",
+                "The mean error of a velocity after a contact",
+                axis("mean error"),
+            ),
+        }
+    }
+}
+
+fn plot(categories: &[Category], outcomes: &[Vec<Outcome>], size: Size, shown: Shown) -> Plot {
+    let mut series: Vec<Series> = Vec::new();
+    for (k, variant) in ALL.iter().enumerate() {
         let points = categories.iter().zip(outcomes).filter_map(|(category, outcomes)| {
-            let outcome = &outcomes[k];
-            let error = if is_largest { outcome.largest } else { outcome.mean };
-            let is_told = error > 0.0 && outcome.no_number == 0;
-            is_told.then(|| against_time(&outcome.timing, outcome.timed, error, category.name))
+            let (outcome, y) = (&outcomes[k], shown.of(&outcomes[k]));
+            let is_told = y > 0.0 && outcome.no_number + outcome.wrong == 0;
+            is_told.then(|| against_time(&outcome.timing, outcome.timed, y, category.name))
         });
-        Series { label: variant.name.to_owned(), kind: Kind::Marks, points: points.collect() }
-    });
-    let unit = "u |dv|";
+        let points = points.collect();
+        series.push(Series { label: variant.name.to_owned(), kind: Kind::Marks, points });
+    }
+    if matches!(shown, Shown::OfBound) {
+        series.push(guide("the bound", [4.0, 400.0].map(|ns| point(ns, 1.0)).to_vec()));
+    }
+    let (name, title, y) = shown.words();
     Plot {
-        name: format!("resolver_{which}"),
-        title: format!("The {which} error of a velocity after a contact"),
+        name: name.to_owned(),
+        title: title.to_owned(),
         caption: format!(
             "One mark for each category of pairs. u = 2^-53, dv = the relative velocity. A frame \
              that moves fast costs every form the digits of its speed. Median of {} repeats, seed \
-             {SEED}; where a form gave no number there is no mark, see the table.",
+             {SEED}; where a form decided wrongly or gave no number there is no mark, see the \
+             table.",
             size.repeats
         ),
         x: items::timed("time of a contact", "ns"),
-        y: decades(&format!("{which} error"), unit),
-        series: series.collect(),
+        y,
+        series,
     }
 }
 

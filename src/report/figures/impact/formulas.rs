@@ -84,28 +84,41 @@ fn one_by_one(pairs: &[Relative], formula: impl Fn(DVec2, DVec2, f64) -> Option<
 }
 
 fn school(d: DVec2, w: DVec2, s: f64) -> Option<f64> {
-    let (a, b, c) = (w.length_squared(), d.dot(w), d.length_squared() - s * s);
-    if b >= 0.0 || c <= 0.0 {
-        return (b < 0.0).then_some(0.0);
+    let b = d.dot(w);
+    if b >= 0.0 {
+        return None;
     }
+    let c = d.length_squared() - s * s;
+    if c <= 0.0 {
+        return Some(0.0);
+    }
+    let a = w.length_squared();
     let discriminant = b * b - a * c;
     (discriminant >= 0.0).then(|| (-b - discriminant.sqrt()) / a)
 }
 
 fn stable(d: DVec2, w: DVec2, s: f64) -> Option<f64> {
-    let (b, c) = (d.dot(w), d.length_squared() - s * s);
-    if b >= 0.0 || c <= 0.0 {
-        return (b < 0.0).then_some(0.0);
+    let b = d.dot(w);
+    if b >= 0.0 {
+        return None;
+    }
+    let c = d.length_squared() - s * s;
+    if c <= 0.0 {
+        return Some(0.0);
     }
     let discriminant = b * b - w.length_squared() * c;
     (discriminant >= 0.0).then(|| c / (discriminant.sqrt() - b))
 }
 
 fn cross(d: DVec2, w: DVec2, s: f64) -> Option<f64> {
-    let (b, distance) = (d.dot(w), d.length());
+    let b = d.dot(w);
+    if b >= 0.0 {
+        return None;
+    }
+    let distance = d.length();
     let c = (distance - s) * (distance + s);
-    if b >= 0.0 || c <= 0.0 {
-        return (b < 0.0).then_some(0.0);
+    if c <= 0.0 {
+        return Some(0.0);
     }
     let cross = d.perp_dot(w);
     let discriminant = s * s * w.length_squared() - cross * cross;
