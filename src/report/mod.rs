@@ -11,6 +11,8 @@
 
 pub mod draw;
 
+pub mod digits;
+
 pub mod figures;
 
 pub mod page;
