@@ -140,7 +140,7 @@ fn measure(options: &Options) -> Result<Measured, BenchError> {
 }
 
 /// Goes on for so many collisions.
-fn pass(arena: &mut Arena, step: f64, collisions: u64) -> Result<(), BenchError> {
+pub(crate) fn pass(arena: &mut Arena, step: f64, collisions: u64) -> Result<(), BenchError> {
     let target = arena.contacts() + collisions.max(1);
     let mut idle = 0;
     while arena.contacts() < target {
@@ -158,7 +158,7 @@ fn pass(arena: &mut Arena, step: f64, collisions: u64) -> Result<(), BenchError>
 }
 
 /// How long something takes, s, and what comes of it.
-fn seconds<T>(run: impl FnOnce() -> T) -> (f64, T) {
+pub(crate) fn seconds<T>(run: impl FnOnce() -> T) -> (f64, T) {
     let start = Instant::now();
     let result = run();
     (start.elapsed().as_secs_f64(), result)

@@ -12,6 +12,8 @@ pub mod draw;
 
 pub mod figures;
 
+pub mod judge;
+
 pub mod page;
 
 use std::io;

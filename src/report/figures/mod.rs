@@ -1,7 +1,19 @@
 //! The figures, one file a question, in the order of the page. Each measures and fills a section;
 //! none draws.
 
+pub mod fit;
+
+pub mod gas;
+
+pub mod items;
+
+pub mod mover;
+
+pub mod timing;
+
+pub mod turns;
+
 use super::Figure;
 
 /// Name, expected share of the whole time, and how to measure it.
-pub const ALL: &[(&str, f64, Figure)] = &[];
+pub const ALL: &[(&str, f64, Figure)] = &[("gas", 240.0, gas::section)];
