@@ -14,8 +14,8 @@
 //! through [`crate::resolve`] and [`crate::detect`], bad input through [`crate::receive`] and
 //! [`crate::scene`]. The only clock here is the stopwatch below.
 
-mod arena;
-mod case;
+pub(crate) mod arena;
+pub(crate) mod case;
 mod files;
 mod finding;
 mod formula;
@@ -31,7 +31,7 @@ mod invalid;
 mod penalty;
 mod periodic;
 mod resolve;
-mod statistics;
+pub(crate) mod statistics;
 mod stepped;
 mod trajectory;
 

@@ -1,9 +1,11 @@
 //! The report's figures of motion: what they say of errors could be wrong; it is held here, and
 //! that a wrong method would be found out.
 
-use carom::report::figures::fit::power_law;
+use carom::report::Effort;
+use carom::report::figures::fit::{Walk, power_law};
 use carom::report::figures::gas::{self, Measured, Stretch, Who};
 use carom::report::figures::mover::{self, Mover, Scene};
+use carom::report::figures::{long_time, short_time, statistics};
 use carom::report::judge::retell;
 use carom::world::{Contact, Partner};
 
@@ -91,4 +93,169 @@ fn errors_of_the_gas_are_the_same_bits_in_every_run() {
     ];
     let ended = |gas: &Measured| gas.rows.iter().map(|row| row.ended).collect::<Vec<_>>();
     assert_eq!(ended(&measured(&movers)), ended(&measured(&movers)));
+}
+
+#[test]
+fn small_scenes_have_two_references_that_agree_and_errors_of_known_order() {
+    let [mut steps, mut springs] = [0, 0];
+    for known in short_time::all().expect("references that agree") {
+        assert!(known.end().growth <= 400.0);
+        let gas = short_time::measure(known, &short_time::movers(Effort::Quick)).expect("exact");
+        let law = |of: fn(Mover) -> Option<f64>| {
+            let point = |row: &short_time::Row| of(row.mover).map(|x| (x, row.error.rms));
+            let points: Vec<(f64, f64)> = gas.rows.iter().filter_map(point).collect();
+            (points.len() > 2).then(|| power_law(&points).0)
+        };
+        // Packed discs lose the order of contacts in any step; a mass of 1e6 sinks into walls.
+        let name = gas.known.name;
+        if name != "E25_dense_hex16"
+            && let Some(order) = law(short_time::step_of)
+        {
+            assert!((0.7..1.5).contains(&order), "{name}: steps {order}");
+            steps += 1;
+        }
+        if !["E25_dense_hex16", "E22_mass_1e6"].contains(&name)
+            && let Some(order) = law(short_time::stiffness_of)
+        {
+            assert!((-0.6..-0.4).contains(&order), "{name}: springs {order}");
+            springs += 1;
+        }
+    }
+    // Springs have no restitution (E21).
+    assert_eq!((steps, springs), (5, 3));
+}
+
+#[test]
+fn a_small_scene_finds_out_a_method_that_is_not_exact() {
+    let known = short_time::all().expect("references").remove(0);
+    let rough = short_time::measure(known.clone(), &[Mover::Steps(2f64.powi(-14))]).expect("rough");
+    let error = rough.rows[0].error;
+    assert!(short_time::judge(Mover::Events, &error, known.end()).is_err());
+    assert!(short_time::judge(Mover::Steps(1.0), &error, known.end()).is_ok());
+}
+
+#[test]
+fn coefficients_say_what_steps_and_springs_cost_in_error() {
+    let all = short_time::coefficients().expect("coefficients");
+    assert_eq!(all, short_time::coefficients().expect("coefficients"));
+    for of in &all {
+        // A contact at some metres a second, seen some part of a step late.
+        assert!((0.1..1e4).contains(&of.steps_per_s), "{of:?}");
+        assert_eq!(of.springs_per_root.is_none(), of.scene == "E21_chaos_e09");
+    }
+}
+
+#[test]
+fn a_drift_is_told_apart_into_bias_and_wandering() {
+    // A walk of steps +-1 without a pattern, and the same with a bias.
+    let sign = |k: u64| if k.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 63 == 0 { 1.0 } else { -1.0 };
+    let walk = |bias: f64| {
+        let mut sums = vec![0.0];
+        for part in 0..200u64 {
+            let steps = (0..10_000).map(|k| sign((part * 10_000 + k).pow(2) ^ part) + bias);
+            sums.push(sums[part as usize] + steps.sum::<f64>());
+        }
+        Walk::of(&sums, 1e4)
+    };
+    let (fair, biased) = (walk(0.0), walk(0.02));
+    assert!(!fair.is_biased() && fair.step > 0.2 && fair.step < 5.0, "{fair:?}");
+    assert!(biased.is_biased() && (biased.bias - 0.02).abs() < 0.01, "{biased:?}");
+}
+
+#[test]
+fn long_runs_keep_energy_and_distance_or_are_refused() {
+    let scene = gas::melted(100, 0.5, 0.0).expect("a gas");
+    let run = |mover| long_time::run(&scene, mover, 2e4, |_| ()).expect("a run");
+    for mover in [Mover::Events, Mover::Plain, Mover::Ticks(1.0 / 60.0)] {
+        let long = run(mover);
+        let (events, drift, overlap) = *long.course.last().expect("a course");
+        assert!(events > 15_000 && drift.abs() < 1e-13 && overlap < 1e-12, "{long:?}");
+        assert_eq!(run(mover).course, long.course);
+    }
+    let rough = run(Mover::Steps(1.0 / 60.0));
+    assert!(long_time::judge(&rough).is_ok());
+    let called_exact = long_time::Long { mover: Mover::Events, ..rough };
+    assert!(long_time::judge(&called_exact).is_err(), "it overlaps");
+}
+
+#[test]
+fn rates_are_exact_and_a_wrong_one_is_found_out() {
+    let scores = statistics::scores(0.005, |_| ()).expect("scores");
+    assert_eq!(scores.len(), 19);
+    let (distance, chance) = statistics::judge(&scores).expect("right means");
+    assert!(distance < 0.5 && chance > 1e-3, "{distance} {chance}");
+    let mut wrong = scores.clone();
+    wrong[0].mean.0 += 6.0 * wrong[0].mean.1;
+    assert!(statistics::judge(&wrong).is_err());
+    // Each by itself right, and yet no chance: all on one side.
+    let mut shifted = scores;
+    shifted.iter_mut().for_each(|score| score.mean.0 = score.exact + 1.5 * score.mean.1);
+    assert!(statistics::judge(&shifted).is_err());
+}
+
+#[test]
+fn kolmogorovs_test_knows_its_own_quantiles() {
+    // Evenly spread over the normal law, and all in one half of it.
+    let normal = |k: u32| {
+        let p = (f64::from(k) + 0.5) / 40.0;
+        // Newton from 0: the law is convex enough in between.
+        (0..60).fold(0.0f64, |z, _| {
+            let law = 0.5 * libm::erfc(-z / std::f64::consts::SQRT_2);
+            z - (law - p) / (0.4 * (-0.5 * z * z).exp()).max(0.02)
+        })
+    };
+    let even: Vec<f64> = (0..40).map(normal).collect();
+    let (distance, chance) = statistics::kolmogorov(&even);
+    assert!((distance - 1.0 / 80.0).abs() < 1e-3 && chance > 0.999, "{distance} {chance}");
+    let half: Vec<f64> = even.iter().map(|z| z.abs()).collect();
+    let (distance, chance) = statistics::kolmogorov(&half);
+    assert!((distance - 0.5).abs() < 0.03 && chance < 1e-8, "{distance} {chance}");
+}
+
+#[test]
+fn zz_print() {
+    use carom::report::page;
+    let name = std::env::var("FIGURE").unwrap_or_default();
+    let effort = if std::env::var("FULL").is_ok() { Effort::Full } else { Effort::Quick };
+    for (n, _, f) in carom::report::figures::ALL {
+        if *n != name {
+            continue;
+        }
+        let t = std::time::Instant::now();
+        let s = f(effort, &mut |_| ()).expect("section");
+        println!("== {} {} s", s.title, t.elapsed().as_secs_f64());
+        for t in &s.text {
+            println!("{t}\n");
+        }
+        for i in &s.items {
+            match i {
+                page::Item::Plot(p) => {
+                    println!("-- {} | {} | {}", p.name, p.title, p.caption);
+                    for s in &p.series {
+                        println!(
+                            "   {:?} {}: {}",
+                            s.kind,
+                            s.label,
+                            s.points
+                                .iter()
+                                .map(|p| format!("({:.3e}, {:.3e} {})", p.x, p.y, p.note))
+                                .collect::<Vec<_>>()
+                                .join(" ")
+                        );
+                    }
+                }
+                page::Item::Table(t) => {
+                    println!("-- {} | {} | {}", t.name, t.title, t.caption);
+                    println!(
+                        "   {:?}",
+                        t.columns.iter().map(|c| c.label.as_str()).collect::<Vec<_>>()
+                    );
+                    for r in &t.rows {
+                        println!("   {r:?}");
+                    }
+                }
+                page::Item::Map(_) => {}
+            }
+        }
+    }
 }

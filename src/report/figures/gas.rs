@@ -11,7 +11,7 @@ mod scene;
 mod words;
 
 pub use runs::{Ended, Row, Who, ended, judge, movers, repeats, rows};
-pub use scene::Stretch;
+pub use scene::{Stretch, melted};
 pub use words::conclusion;
 
 use super::items::{against_time, decades, guide, numbers, point, short, timed, times, words};

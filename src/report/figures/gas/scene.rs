@@ -73,7 +73,11 @@ impl Stretch {
     }
 }
 
-fn melted(count: usize, area_fraction: f64, until: f64) -> Result<Scene, String> {
+/// The gas, melted; ids are indices.
+///
+/// # Errors
+/// What is wrong with the numbers.
+pub fn melted(count: usize, area_fraction: f64, until: f64) -> Result<Scene, String> {
     let lattice =
         Lattice { count, area_fraction, size_ratio: 1.0, mass_max: 1.0, walled: true, seed: SEED };
     let step = Pace::default().step;
