@@ -373,19 +373,21 @@ pub fn billiard_scene(reach: f64) -> Setup {
 fn billiard(reach: f64, path: f64, collisions: f64) -> Result<[Estimate; 3], Halt> {
     let mut run = Run::new(&billiard_scene(reach));
     let block = collisions * path / BLOCKS as f64;
-    let mut front = Front::new(reach);
+    let mut front = Front { curvature: 0.0, last: None, reach, sums: [0.0; 3] };
     run.advance(block, |contact| front.pass(contact))?;
     let mut blocks: [Vec<f64>; 3] = Default::default();
     for k in 1..=BLOCKS {
-        front.forget();
+        front.sums = [0.0; 3];
         run.advance(block * (k as f64 + 1.0), |contact| front.pass(contact))?;
-        blocks.iter_mut().zip(front.means()).for_each(|(block, mean)| block.push(mean));
+        let [count, time, stretch] = front.sums;
+        let means = [time / count, stretch / count, stretch / time];
+        blocks.iter_mut().zip(means).for_each(|(block, mean)| block.push(mean));
     }
     Ok(blocks.map(|block| estimate(&block)))
 }
 
 /// A front of trajectories beside the one that is followed.
-pub struct Front {
+struct Front {
     curvature: f64,
     last: Option<f64>,
     reach: f64,
@@ -394,24 +396,8 @@ pub struct Front {
 }
 
 impl Front {
-    /// A flat one in the billiard of this reach.
-    pub fn new(reach: f64) -> Self {
-        Self { curvature: 0.0, last: None, reach, sums: [0.0; 3] }
-    }
-
-    /// Begins its sums anew.
-    pub fn forget(&mut self) {
-        self.sums = [0.0; 3];
-    }
-
-    /// Free path, exponent per collision, exponent per time, since then.
-    pub fn means(&self) -> [f64; 3] {
-        let [count, time, stretch] = self.sums;
-        [time / count, stretch / count, stretch / time]
-    }
-
     /// Flies to a contact and is reflected; flat walls leave it as it is.
-    pub fn pass(&mut self, contact: &Contact) {
+    fn pass(&mut self, contact: &Contact) {
         if matches!(contact.b, Partner::Wall(_)) {
             return;
         }

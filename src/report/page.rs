@@ -38,6 +38,26 @@ pub enum Item {
     Table(Table),
 }
 
+impl Item {
+    /// Its name, title and caption.
+    pub fn texts(&self) -> (&str, &str, &str) {
+        match self {
+            Self::Plot(Plot { name, title, caption, .. })
+            | Self::Map(Map { name, title, caption, .. })
+            | Self::Table(Table { name, title, caption, .. }) => (name, title, caption),
+        }
+    }
+
+    /// Its name, to be changed.
+    pub fn name_mut(&mut self) -> &mut String {
+        match self {
+            Self::Plot(Plot { name, .. })
+            | Self::Map(Map { name, .. })
+            | Self::Table(Table { name, .. }) => name,
+        }
+    }
+}
+
 /// An axis.
 #[derive(Clone, Debug)]
 pub struct Axis {

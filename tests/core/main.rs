@@ -17,8 +17,6 @@ mod periodic;
 mod plan;
 mod precise;
 mod receive;
-#[cfg(feature = "report")]
-mod report_motion;
 mod resolve;
 mod scene;
 mod sizes;

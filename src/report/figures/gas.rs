@@ -13,6 +13,8 @@ mod words;
 pub use runs::{Ended, Row, Who, ended, judge, movers, repeats, rows};
 pub use scene::{Stretch, melted};
 pub use words::conclusion;
+#[cfg(feature = "peers")]
+pub use words::not_beaten;
 
 use super::items::{against_time, decades, guide, numbers, point, short, timed, times, words};
 use crate::report::page::{Item, Kind, Plot, Point, Section, Series, Table};

@@ -307,7 +307,7 @@ fn text(plots: &[(Plot, Vec<Whole>)], scores: &[Score], (_, chance): (f64, f64))
         )
     };
     vec![
-        "Chaos leaves only averages: how far off is a collision rate, or a mean free path, after \
+        "Chaos leaves only averages: how far off is a collision rate after \
          so much run time? For an exact method only chance is left, which falls as the root of \
          the time; a rough method ends at a wrong value."
             .to_owned(),

@@ -9,22 +9,13 @@ use super::super::mover::{self, Mover, Scene};
 use crate::bench::seconds;
 use crate::check::arena::walls;
 use crate::check::case::{Field, Malformed, Read};
-use crate::check::statistics::{Front, billiard_scene, cage, caged, gas, positive};
+use crate::check::statistics::{billiard_scene, cage, caged, gas, positive};
 use crate::motion::arena::Arena;
-use crate::world::{Partner, Settings};
+use crate::world::{Contact, Partner, Settings};
 
 const TWO_DISCS: &str = include_str!("../../../../tests/cases/S01_two_discs_in_box.json");
 const CAGED: &str = include_str!("../../../../tests/cases/S08_caged_disc.json");
 const BILLIARD: &str = include_str!("../../../../tests/cases/S11_sinai_lyapunov.json");
-
-/// What is counted.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Count {
-    /// Contacts of pairs, 1/s.
-    Pairs,
-    /// Free path between discs, m, in the billiard of this reach.
-    Path(f64),
-}
 
 /// A scene and the mean that it must have.
 #[derive(Clone, Debug)]
@@ -39,7 +30,6 @@ pub struct Known {
     pub contacts_per_s: f64,
     /// Beginnings; each part of a run takes the next, or goes on where there is one only.
     starts: Vec<Scene>,
-    count: Count,
 }
 
 /// Means of equally long parts of a run.
@@ -59,45 +49,35 @@ impl Known {
     pub fn parts(&self, mover: Mover, parts: usize, contacts: f64) -> Result<Parts, String> {
         let length = contacts / self.contacts_per_s;
         let mut told = Parts { means: Vec::new(), times: Vec::new() };
-        let mut front =
-            if let Count::Path(reach) = self.count { Front::new(reach) } else { Front::new(1.0) };
         let mut arena = mover.arena(&self.starts[0])?;
         let goes_on = self.starts.len() == 1;
         if goes_on {
             // It forgets its start.
-            self.part(&mut arena, length, &mut front)?;
+            part(&mut arena, length)?;
         }
         for k in 0..parts {
             if !goes_on {
                 arena = mover.arena(&self.starts[k % self.starts.len()])?;
             }
-            let (time, mean) = seconds(|| self.part(&mut arena, length, &mut front));
+            let (time, mean) = seconds(|| part(&mut arena, length));
             told.means.push(mean?);
             told.times.push(time);
         }
         Ok(told)
     }
+}
 
-    /// Goes on for so long (s); the mean of that part.
-    fn part(&self, arena: &mut Arena, length: f64, front: &mut Front) -> Result<f64, String> {
-        front.forget();
-        let (began, mut pairs) = (arena.now(), 0u64);
-        let until = began + length;
-        let mut contacts = Vec::new();
-        while arena.now() < until {
-            arena.advance(until, &mut contacts).map_err(|halt| halt.to_string())?;
-            for contact in contacts.drain(..) {
-                pairs += u64::from(matches!(contact.b, Partner::Disc(_)));
-                if let Count::Path(_) = self.count {
-                    front.pass(&contact);
-                }
-            }
-        }
-        Ok(match self.count {
-            Count::Pairs => pairs as f64 / (arena.now() - began),
-            Count::Path(_) => front.means()[0],
-        })
+/// Goes on for so long (s); contacts of pairs in a second of that part.
+fn part(arena: &mut Arena, length: f64) -> Result<f64, String> {
+    let (began, mut pairs) = (arena.now(), 0u64);
+    let until = began + length;
+    let mut contacts = Vec::new();
+    while arena.now() < until {
+        arena.advance(until, &mut contacts).map_err(|halt| halt.to_string())?;
+        let pair = |contact: &Contact| matches!(contact.b, Partner::Disc(_));
+        pairs += contacts.drain(..).filter(pair).count() as u64;
     }
+    Ok(pairs as f64 / (arena.now() - began))
 }
 
 fn document(text: &str) -> Result<Value, String> {
@@ -135,7 +115,6 @@ fn read_two_discs(root: &Field, seeds: u64) -> Read<Vec<Known>> {
                 exact: pair,
                 contacts_per_s: pair + wall,
                 starts: vec![Scene { settings, discs, until: 0.0 }],
-                count: Count::Pairs,
             });
         }
     }
@@ -167,13 +146,13 @@ fn read_caged(root: &Field, starts: u64) -> Read<Vec<Known>> {
             exact: rate,
             contacts_per_s: rate,
             starts: (0..starts).map(start).collect::<Read<_>>()?,
-            count: Count::Pairs,
         })
     };
     root.get("inputs")?.get("delta")?.items()?.into_iter().map(known).collect()
 }
 
-/// Sinai's billiard, its free path.
+/// Sinai's billiard: at speed 1, the rate is the inverse of the mean free path. Free paths have no
+/// variance, they may be too long; the rate does not mind.
 ///
 /// # Errors
 /// As [`two_discs`].
@@ -191,12 +170,11 @@ fn read_billiards(root: &Field) -> Read<Vec<Known>> {
         let scene = Scene { settings: setup.settings, discs: setup.discs, until: 0.0 };
         Ok(Known {
             name: format!("Sinai's billiard, R = {reach}"),
-            what: "free path (m)",
-            exact: path,
+            what: "disc contacts per s",
+            exact: 1.0 / path,
             // Four wall contacts in pi units of length.
             contacts_per_s: 4.0 / std::f64::consts::PI + 1.0 / path,
             starts: vec![scene],
-            count: Count::Path(reach),
         })
     };
     root.get("inputs")?.get("R")?.items()?.into_iter().map(known).collect()
