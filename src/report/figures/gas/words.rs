@@ -64,7 +64,7 @@ fn reference(all: &[Measured]) -> String {
         "The true places are those of a judge that shares no line with any method: from the list \
          of who met whom (found by the plain method) it retells the run in 300 bits, and verifies \
          that each pair touches and approaches at its turn and that no two discs ever overlap; \
-         there is one such path only. {}. That is far below a radius: the second ends long before \
+         there is one such path only. Here, {}. That is far below a radius: the second ends long before \
          the horizon beyond which no double knows where a disc is. Longer runs are judged by \
          energy and statistics only, further below.",
         each.join("; ")
@@ -96,7 +96,8 @@ fn ms(row: &Row) -> String {
 fn exact(all: &[Measured]) -> String {
     let told = of_each(all, |gas| {
         let row = events(gas)?;
-        Some(format!("{} and {} radii", ms(row), short(row.ended.error.worst)))
+        let error = short(row.ended.error.worst);
+        Some(format!("{} and leaves the worst disc {error} radii off", ms(row)))
     });
     let quickest = all.iter().all(|gas| {
         let time = |row: &&Row| row.timing.median_s;
@@ -108,7 +109,7 @@ fn exact(all: &[Measured]) -> String {
     } else {
         "rougher points that are quicker exist"
     };
-    format!("events, the exact method, takes {told} for the worst disc; {quickest}.")
+    format!("events, the exact method, takes {told}; {quickest}.")
 }
 
 /// Points of other engines that events is not both below and left of.
