@@ -148,7 +148,7 @@ pub(crate) fn measure(options: &Options, blocks: u32) -> Result<Measured, BenchE
 }
 
 /// Goes on for so many collisions.
-fn pass(arena: &mut Arena, step: f64, collisions: u64) -> Result<(), BenchError> {
+pub(crate) fn pass(arena: &mut Arena, step: f64, collisions: u64) -> Result<(), BenchError> {
     let target = arena.contacts() + collisions.max(1);
     let mut idle = 0;
     while arena.contacts() < target {

@@ -31,7 +31,7 @@ mod invalid;
 mod penalty;
 mod periodic;
 mod resolve;
-mod statistics;
+pub(crate) mod statistics;
 mod stepped;
 mod trajectory;
 

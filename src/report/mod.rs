@@ -15,6 +15,8 @@ pub mod digits;
 
 pub mod figures;
 
+pub mod judge;
+
 pub mod page;
 
 mod folder;
