@@ -35,6 +35,8 @@ enum Command {
     Check(CheckArguments),
     /// Say what a scene needs, what is left out, and what that saves.
     Explain(ExplainArguments),
+    /// Measure error against run time of every method: CSV, plots, one HTML page.
+    Report(ReportArguments),
     /// Measure one run, and check its physics before telling the time.
     #[command(subcommand)]
     Bench(BenchCommand),
@@ -172,6 +174,19 @@ struct ExplainArguments {
 }
 
 #[derive(Args)]
+struct ReportArguments {
+    /// The folder for the files; it is made if there is none.
+    #[arg(long, value_name = "DIR", default_value = "carom-report")]
+    out: PathBuf,
+    /// Under 3 minutes instead of 40: fewer repeats, smaller scenes.
+    #[arg(long)]
+    quick: bool,
+    /// Only these figures, such as gas,cases; the page has nothing else then.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    only: Vec<String>,
+}
+
+#[derive(Args)]
 struct RunArguments {
     /// A scene file, or the name of a shipped scene: arena, break_shot, newtons_cradle, head_on,
     /// thousand, teams, resolver.
@@ -217,6 +232,7 @@ fn main() -> ExitCode {
         Command::Run(arguments) => load_and_run(&arguments),
         Command::Check(arguments) => check(arguments),
         Command::Explain(arguments) => explain(&arguments),
+        Command::Report(arguments) => report(arguments),
         Command::Bench(BenchCommand::Gas(arguments)) => bench_gas(&arguments),
         Command::Bench(BenchCommand::Peers(arguments)) => bench_peers(arguments),
     }
@@ -280,6 +296,24 @@ fn check(arguments: CheckArguments) -> ExitCode {
         Err(error @ CheckError::BadUse(_)) => complain(&error, 2),
         Err(error) => complain(&error, 1),
     }
+}
+
+#[cfg(feature = "report")]
+fn report(arguments: ReportArguments) -> ExitCode {
+    use carom::report::{self, Effort, ReportError};
+    let ReportArguments { out, quick, only } = arguments;
+    let effort = if quick { Effort::Quick } else { Effort::Full };
+    let options = report::Options { folder: out, effort, only };
+    match report::report(&options, &mut std::io::stdout().lock()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error @ ReportError::BadUse(_)) => complain(&error, 2),
+        Err(error) => complain(&error, 1),
+    }
+}
+
+#[cfg(not(feature = "report"))]
+fn report(_arguments: ReportArguments) -> ExitCode {
+    complain(&"this build has no report in it: build it with the feature `report`", 2)
 }
 
 fn bench_gas(arguments: &GasArguments) -> ExitCode {

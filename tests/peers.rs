@@ -125,3 +125,33 @@ fn bad_use_is_one_line_and_code_2() {
         assert!(output.stdout.is_empty());
     }
 }
+
+#[cfg(feature = "report")]
+#[test]
+fn events_is_below_and_left_of_every_point_of_every_peer() {
+    use carom::report::Effort;
+    use carom::report::figures::gas::{Measured, Who, conclusion, movers, not_beaten};
+    use carom::report::figures::mover::Mover;
+    let compared = |who: &Who| !who.is_own() || *who == Who::Own(Mover::Events);
+    let movers: Vec<Who> = movers(Effort::Quick).into_iter().filter(compared).collect();
+    assert_eq!(movers.len(), 7, "events, two engines at three steps");
+    let measure = |area_fraction| {
+        let scene = (300, area_fraction, 1.0);
+        Measured::new(scene, &movers, 3, |_| ()).expect("a measured gas")
+    };
+    let mut all = [0.3, 0.6].map(measure);
+    for gas in &all {
+        assert_eq!(not_beaten(gas), [] as [String; 0]);
+        let peers = gas.rows.iter().filter(|row| !row.who.is_own());
+        for row in peers {
+            let error = row.ended.error.worst;
+            assert!(error > 1e-6, "{}: {error}: not in doubles", row.who.curve());
+            assert!(error < 50.0 || row.ended.lost > 0, "{}: {error}", row.who.curve());
+        }
+    }
+    assert!(conclusion(&all)[1].contains("is below and left of every point"));
+    // What is slower or farther off than one of them must say so.
+    all[0].rows[0].timing.median_s = 10.0;
+    assert_eq!(not_beaten(&all[0]).len(), 6);
+    assert!(conclusion(&all)[1].contains("NOT"));
+}

@@ -20,14 +20,10 @@ use crate::motion::arena::Arena;
 use crate::plan::budget::Wish;
 use crate::plan::parts::{Part, Parts};
 use crate::plan::why::{Row, Told};
-use crate::plan::{BroadPhase, Plan};
+use crate::plan::{BroadPhase, Method, Plan};
 use crate::scene::Scene;
-use crate::world::{Disc, Settings};
+use crate::world::{Contact, Disc, Owner, Settings};
 
-/// Blocks in turns, of which the median is told.
-const BLOCKS: usize = 25;
-/// From which block to which, in order, the median lies with 99 %.
-const INTERVAL: (usize, usize) = (5, 19);
 /// A stretch ends after so many contacts, or seconds of run time.
 const CONTACTS: u64 = 4_000;
 const STRETCH_S: f64 = 0.006;
@@ -41,6 +37,22 @@ const RUNS: (f64, f64) = (4.0, 40.0);
 
 /// Least cost that is told, percent.
 const FLOOR: f64 = 2.0;
+
+/// Blocks in turns, of which the median is told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Blocks {
+    /// How many.
+    pub count: usize,
+    /// From which to which, in order, the median lies with 99 %.
+    interval: (usize, usize),
+}
+
+impl Blocks {
+    /// As they are told by `carom explain`.
+    pub const MANY: Self = Self { count: 25, interval: (5, 19) };
+    /// For those who have less time: from the least to the largest.
+    pub const FEW: Self = Self { count: 9, interval: (0, 8) };
+}
 
 /// How a plan is told.
 #[derive(Clone, Copy, Debug, Default)]
@@ -66,6 +78,57 @@ pub struct Saving {
     pub below_noise: bool,
 }
 
+/// A part of a scene's plan, and what was measured of it.
+#[derive(Clone, Debug)]
+pub struct PartSaving {
+    /// The part and what was decided.
+    pub row: Row,
+    /// What leaving it out saves, where that can be measured.
+    pub saving: Option<Saving>,
+    /// Whether the stretch came out the same to the last bit with it, where it can be run so.
+    pub same_bits: Option<bool>,
+}
+
+/// What the plan of a scene saves.
+#[derive(Clone, Debug)]
+pub struct Savings {
+    /// How the pucks move; `None` without pucks.
+    pub method: Option<Method>,
+    /// Time of a contact as planned, ns; `None` where nothing happens.
+    pub ns_per_contact: Option<f64>,
+    /// Contacts of the stretch, all of which were compared.
+    pub contacts: u64,
+    /// Every part.
+    pub parts: Vec<PartSaving>,
+    /// What leaving all of them out saves.
+    pub all: Option<Saving>,
+    /// Whether the stretch came out the same with all of them.
+    pub same_bits: Option<bool>,
+}
+
+/// Measures what the plan of a scene saves, and that what it leaves out changes no bit.
+pub fn savings(scene: &Scene, blocks: Blocks) -> Savings {
+    let pucks: Vec<Disc> = scene.pucks.iter().map(|puck| puck.disc).collect();
+    let world = scene.world();
+    let told = Told { plan: world.plan(), settings: &scene.settings, pucks: &pucks };
+    let watch = Stopwatch::new(&told, blocks);
+    let parts = rows(&told, watch.as_ref()).into_iter().map(|(row, saving)| {
+        let watch = watch.as_ref().filter(|_| told.is_measured(row.part));
+        let same_bits = watch.and_then(|watch| watch.same_bits(Parts::only(row.part)));
+        PartSaving { row, saving, same_bits }
+    });
+    let parts: Vec<PartSaving> = parts.collect();
+    let of_watch = |of: fn(&Stopwatch) -> Option<bool>| watch.as_ref().and_then(of);
+    Savings {
+        method: (!pucks.is_empty()).then_some(told.plan.method),
+        ns_per_contact: watch.as_ref().map(Stopwatch::ns_per_contact),
+        contacts: watch.as_ref().map_or(0, |watch| watch.all_contacts),
+        parts,
+        all: watch.as_ref().and_then(|watch| watch.saving(Parts::ALL)),
+        same_bits: of_watch(|watch| watch.same_bits(Parts::ALL)),
+    }
+}
+
 /// Tells the plan of a scene.
 ///
 /// # Errors
@@ -78,20 +141,8 @@ pub fn explain(scene: &Scene, options: Options, out: &mut impl Write) -> Result<
     let pucks: Vec<Disc> = scene.pucks.iter().map(|puck| puck.disc).collect();
     let world = scene.world();
     let told = Told { plan: world.plan(), settings: &scene.settings, pucks: &pucks };
-    let measure = if options.quick { None } else { Stopwatch::new(&told) };
-    let saving = |part: Part| match (part, measure.as_ref()?) {
-        (Part::Grid, watch) => watch.saving_of_all_pairs(),
-        (_, watch) if told.is_measured(part) => watch.saving(Parts::only(part)),
-        _ => None,
-    };
-    let rows: Vec<(Row, Option<Saving>)> = told
-        .rows()
-        .into_iter()
-        .map(|row| {
-            let saving = saving(row.part);
-            (row, saving)
-        })
-        .collect();
+    let measure = if options.quick { None } else { Stopwatch::new(&told, Blocks::MANY) };
+    let rows = rows(&told, measure.as_ref());
     let all = measure.as_ref().and_then(|watch| watch.saving(Parts::ALL));
     let told = Explained { scene: &scene.name, told, rows, all, measure, budget };
     if options.json {
@@ -100,6 +151,22 @@ pub fn explain(scene: &Scene, options: Options, out: &mut impl Write) -> Result<
         told.write_table(out)?
     }
     Ok(())
+}
+
+/// Every part, and what leaving it out saves where that can be measured.
+fn rows(told: &Told, watch: Option<&Stopwatch>) -> Vec<(Row, Option<Saving>)> {
+    let saving = |part: Part| match (part, watch?) {
+        (Part::Grid, watch) => watch.saving_of_all_pairs(),
+        (_, watch) if told.is_measured(part) => watch.saving(Parts::only(part)),
+        _ => None,
+    };
+    told.rows()
+        .into_iter()
+        .map(|row| {
+            let saving = saving(row.part);
+            (row, saving)
+        })
+        .collect()
 }
 
 /// Everything that is told.
@@ -183,15 +250,19 @@ struct Stopwatch {
     pucks: Vec<Disc>,
     plan: Plan,
     until: f64,
+    /// Contacts of the part that is timed.
     contacts: u64,
+    /// Of the whole stretch.
+    all_contacts: u64,
     seconds: f64,
     /// Least cost that is told, percent.
     floor: f64,
+    blocks: Blocks,
 }
 
 impl Stopwatch {
     /// Finds the stretch; `None` where nothing happens.
-    fn new(told: &Told) -> Option<Self> {
+    fn new(told: &Told, blocks: Blocks) -> Option<Self> {
         if told.pucks.is_empty() {
             return None;
         }
@@ -202,8 +273,10 @@ impl Stopwatch {
             plan: *told.plan,
             until: told.plan.epoch,
             contacts: 0,
+            all_contacts: 0,
             seconds: 0.0,
             floor: FLOOR,
+            blocks,
         };
         let mut arena = watch.arena(Parts::NONE)?;
         loop {
@@ -218,8 +291,9 @@ impl Stopwatch {
         let arena = watch.arena(Parts::NONE)?;
         let mut warm = arena.clone();
         advance(&mut warm, WARM_UP * watch.until)?;
+        watch.all_contacts = watch.contacts;
         watch.contacts -= warm.contacts();
-        let times = (0..BLOCKS).filter_map(|_| watch.run(&arena));
+        let times = (0..blocks.count).filter_map(|_| watch.run(&arena));
         watch.seconds = times.fold(f64::INFINITY, f64::min);
         let moved = watch.saving(Parts::only(Part::Commands));
         let moved = moved.map_or(0.0, |saving| saving.from.abs().max(saving.to.abs()));
@@ -249,7 +323,24 @@ impl Stopwatch {
     /// What parts cost where they are not needed.
     fn saving(&self, parts: Parts) -> Option<Saving> {
         let (bare, full) = (self.arena(Parts::NONE)?, self.arena(parts)?);
-        compare((self.seconds, self.floor), || self.run(&bare), || self.run(&full))
+        let about = (self.seconds, self.floor);
+        compare(self.blocks, about, || self.run(&bare), || self.run(&full))
+    }
+
+    /// Whether the stretch has the same contacts and ends in the same states with these parts, to
+    /// the last bit.
+    fn same_bits(&self, parts: Parts) -> Option<bool> {
+        let story = |keep: Parts| -> Option<(Vec<Contact>, Vec<Disc>, u64)> {
+            let (mut arena, mut contacts) = (self.arena(keep)?, Vec::new());
+            while arena.now() < self.until {
+                arena.advance(self.until, &mut contacts).ok()?;
+            }
+            let discs = arena.discs(Owner::Simulated).collect();
+            Some((contacts, discs, arena.relative_energy_drift().to_bits()))
+        };
+        // As they are written out, numbers that look alike are the same, but for the sign of 0,
+        // which is written too.
+        Some(format!("{:?}", story(Parts::NONE)?) == format!("{:?}", story(parts)?))
     }
 
     /// What a grid costs where so few circles are reported as there are pucks.
@@ -264,20 +355,21 @@ impl Stopwatch {
         };
         let (all_pairs, grid) = (BroadPhase::AllPairs, BroadPhase::Grid);
         let about = (time(all_pairs), FLOOR);
-        compare(about, || Some(time(all_pairs)), || Some(time(grid)))
+        compare(self.blocks, about, || Some(time(all_pairs)), || Some(time(grid)))
     }
 }
 
 /// By how much longer one run takes than another, which takes about `expected` s; below the floor,
 /// in percent, is noise.
 fn compare(
+    blocks: Blocks,
     (expected, floor): (f64, f64),
     without: impl Fn() -> Option<f64>,
     with: impl Fn() -> Option<f64>,
 ) -> Option<Saving> {
     let runs = (BLOCK_S / expected).clamp(RUNS.0, RUNS.1) as usize;
-    let mut changes = Vec::with_capacity(BLOCKS);
-    for block in 0..BLOCKS {
+    let mut changes = Vec::with_capacity(blocks.count);
+    for block in 0..blocks.count {
         let (mut bare, mut full) = (f64::INFINITY, f64::INFINITY);
         for turn in 0..runs {
             // Who goes first has the colder caches.
@@ -290,8 +382,8 @@ fn compare(
         changes.push(100.0 * (full / bare - 1.0));
     }
     changes.sort_by(f64::total_cmp);
-    let (from, to) = (changes[INTERVAL.0], changes[INTERVAL.1]);
-    let percent = changes[BLOCKS / 2];
+    let (from, to) = (changes[blocks.interval.0], changes[blocks.interval.1]);
+    let percent = changes[blocks.count / 2];
     let below_noise = (from <= 0.0 && to >= 0.0) || percent.abs() <= floor;
     Some(Saving { percent, from, to, below_noise })
 }

@@ -27,7 +27,7 @@ use crate::plan::parts::Parts;
 use crate::plan::{Method, Plan};
 use gas::{Gas, Judgement};
 
-/// Timed blocks of a run.
+/// Timed blocks of a run that is told.
 const BLOCKS: u32 = 5;
 
 /// Steps between two looks at the number of collisions.
@@ -75,6 +75,8 @@ pub struct Measured {
     pub ns_per_disc_step: Option<f64>,
     /// The quickest block, ns for a collision.
     pub ns_per_collision_min: f64,
+    /// The slowest block, ns for a collision.
+    pub ns_per_collision_max: f64,
     /// Until the first collision could be computed, s.
     pub start_up_s: f64,
     /// Memory that the arena took, bytes for a disc; `None` where the system does not tell.
@@ -91,7 +93,7 @@ pub struct Measured {
 /// # Errors
 /// [`BenchError`]; of a wrong run no time is told.
 pub fn bench(options: &Options, out: &mut impl Write) -> Result<(), BenchError> {
-    let measured = measure(options)?;
+    let measured = measure(options, BLOCKS)?;
     measured.judgement.verdict().map_err(BenchError::Wrong)?;
     if options.json {
         let text = serde_json::to_string_pretty(&measured).map_err(io::Error::from)?;
@@ -101,7 +103,11 @@ pub fn bench(options: &Options, out: &mut impl Write) -> Result<(), BenchError> 
     Ok(())
 }
 
-fn measure(options: &Options) -> Result<Measured, BenchError> {
+/// Runs, in so many timed blocks, and looks at what is to be judged.
+///
+/// # Errors
+/// [`BenchError`]; the verdict on the run is for the caller to ask for.
+pub(crate) fn measure(options: &Options, blocks: u32) -> Result<Measured, BenchError> {
     let before = resident();
     let (mut settings, discs) = options.gas.scene().map_err(BenchError::BadUse)?;
     settings.keep = if options.keep_all { Parts::ALL } else { Parts::NONE };
@@ -119,10 +125,11 @@ fn measure(options: &Options) -> Result<Measured, BenchError> {
     drop(discs);
     pass(&mut arena, options.gas.step, options.gas.melt_collisions())?;
     let (contacts, began) = (arena.contacts(), arena.now());
+    let count_of_blocks = blocks.max(1);
     let (mut blocks, mut step_blocks) = (Vec::new(), Vec::new());
-    for _ in 0..BLOCKS {
+    for _ in 0..count_of_blocks {
         let (first, steps, start) = (arena.contacts(), arena.steps(), Instant::now());
-        pass(&mut arena, options.gas.step, options.collisions / u64::from(BLOCKS))?;
+        pass(&mut arena, options.gas.step, options.collisions / u64::from(count_of_blocks))?;
         let seconds = start.elapsed().as_secs_f64();
         blocks.push(1e9 * seconds / (arena.contacts() - first) as f64);
         let steps = arena.steps().zip(steps).map(|(now, before)| (now - before) as f64);
@@ -137,6 +144,7 @@ fn measure(options: &Options) -> Result<Measured, BenchError> {
         ns_per_collision: blocks[blocks.len() / 2],
         ns_per_disc_step: step_blocks.get(step_blocks.len() / 2).copied(),
         ns_per_collision_min: blocks[0],
+        ns_per_collision_max: blocks[blocks.len() - 1],
         start_up_s,
         bytes_per_disc: taken,
         collisions: contacts,
@@ -145,7 +153,7 @@ fn measure(options: &Options) -> Result<Measured, BenchError> {
 }
 
 /// Goes on for so many collisions.
-fn pass(arena: &mut Arena, step: f64, collisions: u64) -> Result<(), BenchError> {
+pub(crate) fn pass(arena: &mut Arena, step: f64, collisions: u64) -> Result<(), BenchError> {
     let target = arena.contacts() + collisions.max(1);
     let mut idle = 0;
     while arena.contacts() < target {
@@ -163,7 +171,7 @@ fn pass(arena: &mut Arena, step: f64, collisions: u64) -> Result<(), BenchError>
 }
 
 /// How long something takes, s, and what comes of it.
-fn seconds<T>(run: impl FnOnce() -> T) -> (f64, T) {
+pub(crate) fn seconds<T>(run: impl FnOnce() -> T) -> (f64, T) {
     let start = Instant::now();
     let result = run();
     (start.elapsed().as_secs_f64(), result)

@@ -14,8 +14,8 @@
 //! through [`crate::resolve`] and [`crate::detect`], bad input through [`crate::receive`] and
 //! [`crate::scene`]. The only clock here is the stopwatch below.
 
-mod arena;
-mod case;
+pub(crate) mod arena;
+pub(crate) mod case;
 mod files;
 mod finding;
 mod formula;
@@ -31,7 +31,7 @@ mod invalid;
 mod penalty;
 mod periodic;
 mod resolve;
-mod statistics;
+pub(crate) mod statistics;
 mod stepped;
 mod trajectory;
 
@@ -99,6 +99,19 @@ pub struct CaseReport {
     pub seconds: f64,
 }
 
+impl CaseReport {
+    /// The finding with the worst verdict, of these the one nearest to its tolerance or beyond it.
+    pub fn worst(&self) -> Option<&Finding> {
+        let ratio = |finding: &Finding| match finding.error / finding.tolerance {
+            ratio if ratio.is_nan() => 0.0,
+            ratio => ratio,
+        };
+        self.findings
+            .iter()
+            .max_by(|a, b| a.verdict.cmp(&b.verdict).then(ratio(a).total_cmp(&ratio(b))))
+    }
+}
+
 /// How many cases went how.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Summary {
@@ -108,6 +121,21 @@ pub struct Summary {
     pub failed: usize,
     /// Not run.
     pub skipped: usize,
+}
+
+impl Summary {
+    /// Of these.
+    pub fn of(reports: &[CaseReport]) -> Self {
+        let mut summary = Self::default();
+        for report in reports {
+            match report.verdict {
+                Verdict::Gold | Verdict::Pass | Verdict::Shown => summary.passed += 1,
+                Verdict::Skip => summary.skipped += 1,
+                Verdict::Fail => summary.failed += 1,
+            }
+        }
+        summary
+    }
 }
 
 /// Why a check did not come to its end.
@@ -126,12 +154,7 @@ pub enum CheckError {
 /// # Errors
 /// [`CheckError`]; a malformed case file is none, it is a failed case.
 pub fn check(options: &Options, out: &mut impl Write) -> Result<Summary, CheckError> {
-    let files = files::read(options.cases.as_deref(), options.only.as_deref())?;
-    let effort = match (options.quick, &options.only) {
-        (true, _) => Effort::Quick,
-        (false, Some(_)) => Effort::Days,
-        (false, None) => Effort::Full,
-    };
+    let (files, effort) = wanted(options)?;
     let mut reports = Vec::with_capacity(files.len());
     each_in_order(&files, effort, |report| {
         if !options.json {
@@ -140,12 +163,43 @@ pub fn check(options: &Options, out: &mut impl Write) -> Result<Summary, CheckEr
         reports.push(report);
         Ok(())
     })?;
-    let summary = count(&reports);
+    let summary = Summary::of(&reports);
     match options.json {
         true => report::json(&reports, &summary, out)?,
         false => report::ending(&summary, out)?,
     }
     Ok(summary)
+}
+
+/// Runs the cases as [`check()`] does; `see` gets the reports in the order of the files, with how
+/// many of how many there are then.
+///
+/// # Errors
+/// [`BadUse`].
+#[cfg(feature = "report")]
+pub(crate) fn reports(
+    options: &Options,
+    mut see: impl FnMut(usize, usize),
+) -> Result<Vec<CaseReport>, BadUse> {
+    let (files, effort) = wanted(options)?;
+    let mut reports = Vec::with_capacity(files.len());
+    let seen = each_in_order(&files, effort, |report| {
+        reports.push(report);
+        see(reports.len(), files.len());
+        Ok(())
+    });
+    seen.map(|()| reports).map_err(|error| BadUse(error.to_string()))
+}
+
+/// The cases, and how much time each may take.
+fn wanted(options: &Options) -> Result<(Vec<CaseFile>, Effort), BadUse> {
+    let files = files::read(options.cases.as_deref(), options.only.as_deref())?;
+    let effort = match (options.quick, &options.only) {
+        (true, _) => Effort::Quick,
+        (false, Some(_)) => Effort::Days,
+        (false, None) => Effort::Full,
+    };
+    Ok((files, effort))
 }
 
 /// Runs the cases on all cores; `see` gets the reports in the order of the files.
@@ -240,16 +294,4 @@ fn head(root: &Field, report: &mut CaseReport) -> Read<Vec<String>> {
 
 fn show_only(finding: &mut Finding) {
     finding.verdict = Verdict::Shown;
-}
-
-fn count(reports: &[CaseReport]) -> Summary {
-    let mut summary = Summary::default();
-    for report in reports {
-        match report.verdict {
-            Verdict::Gold | Verdict::Pass | Verdict::Shown => summary.passed += 1,
-            Verdict::Skip => summary.skipped += 1,
-            Verdict::Fail => summary.failed += 1,
-        }
-    }
-    summary
 }

@@ -15,7 +15,7 @@ pub fn is_information(root: &Field) -> bool {
 
 /// The row of a case: verdict, name, error beside tolerance, time, what is worth saying.
 pub fn row(report: &CaseReport, out: &mut impl Write) -> io::Result<()> {
-    let worst = worst(&report.findings);
+    let worst = report.worst();
     let margin = match worst {
         Some(finding) if finding.tolerance == 0.0 && finding.error == 0.0 => "exact".to_owned(),
         Some(finding) => format!("{:.2e} <= {:.2e}", finding.error, finding.tolerance),
@@ -32,15 +32,6 @@ pub fn row(report: &CaseReport, out: &mut impl Write) -> io::Result<()> {
         report.seconds,
     )?;
     out.flush()
-}
-
-/// The finding with the worst verdict, of these the one nearest to its tolerance or beyond it.
-fn worst(findings: &[Finding]) -> Option<&Finding> {
-    let ratio = |finding: &Finding| match finding.error / finding.tolerance {
-        ratio if ratio.is_nan() => 0.0,
-        ratio => ratio,
-    };
-    findings.iter().max_by(|a, b| a.verdict.cmp(&b.verdict).then(ratio(a).total_cmp(&ratio(b))))
 }
 
 fn said(finding: &Finding, findings: &[Finding]) -> String {

@@ -252,7 +252,7 @@ pub fn caged_disc(root: &Field, effort: Effort) -> Findings {
 }
 
 /// Six fixed discs of diameter 1 at distance 1 + delta.
-fn cage(delta: f64) -> Vec<Disc> {
+pub fn cage(delta: f64) -> Vec<Disc> {
     let place = |k: u32| (1.0 + delta) * DVec2::from_angle(f64::from(k) * PI / 3.0);
     let velocity = DVec2::ZERO;
     let disc = |k| Disc { id: k, position: place(k), velocity, radius: 0.5, mass: f64::INFINITY };
@@ -260,7 +260,7 @@ fn cage(delta: f64) -> Vec<Disc> {
 }
 
 /// The mobile disc, uniform over the free area and over all directions.
-fn caged(cage: &[Disc], delta: f64, seed: u64, field: &Field) -> Read<Disc> {
+pub fn caged(cage: &[Disc], delta: f64, seed: u64, field: &Field) -> Read<Disc> {
     // The free area reaches to where two unit circles meet, on the line between two fixed discs.
     let distance = 1.0 + delta;
     let reach = distance * (PI / 6.0).cos() - (1.0 - 0.25 * distance * distance).max(0.0).sqrt();
@@ -356,8 +356,8 @@ pub fn lyapunov(root: &Field, effort: Effort) -> Findings {
     Ok(findings)
 }
 
-/// Free path, exponent per collision, exponent per time.
-fn billiard(reach: f64, path: f64, collisions: f64) -> Result<[Estimate; 3], Halt> {
+/// Sinai's billiard: the mobile disc first, beginning somewhere at speed 1.
+pub fn billiard_scene(reach: f64) -> Setup {
     let radius = 0.5 * reach;
     let half = DVec2::splat(0.5 + radius);
     let walls = Walls { min: -half, max: half, restitution: 1.0 };
@@ -366,7 +366,12 @@ fn billiard(reach: f64, path: f64, collisions: f64) -> Result<[Estimate; 3], Hal
     let mobile = disc(0, place, velocity, 1.0);
     let fixed = disc(1, DVec2::ZERO, DVec2::ZERO, f64::INFINITY);
     let settings = Settings { walls: Some(walls), ..Settings::default() };
-    let mut run = Run::new(&Setup { settings, discs: vec![mobile, fixed] });
+    Setup { settings, discs: vec![mobile, fixed] }
+}
+
+/// Free path, exponent per collision, exponent per time.
+fn billiard(reach: f64, path: f64, collisions: f64) -> Result<[Estimate; 3], Halt> {
+    let mut run = Run::new(&billiard_scene(reach));
     let block = collisions * path / BLOCKS as f64;
     let mut front = Front { curvature: 0.0, last: None, reach, sums: [0.0; 3] };
     run.advance(block, |contact| front.pass(contact))?;

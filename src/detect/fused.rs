@@ -10,7 +10,7 @@
 
 use glam::DVec2;
 
-use super::impact::{Relative, pair_impact_here};
+use super::impact::{Relative, pair_impact_here, pair_impact_in_full_here};
 use super::side_by_side::pair_impacts_here;
 
 /// [`super::impact::pair_impact`]
@@ -28,6 +28,23 @@ pub fn pair_impact(d: DVec2, w: DVec2, s: f64) -> Option<f64> {
 #[target_feature(enable = "fma")]
 fn with_fused_operations(d: DVec2, w: DVec2, s: f64) -> Option<f64> {
     pair_impact_here(d, w, s)
+}
+
+/// [`super::impact::pair_impact_in_full`]
+#[inline]
+pub fn pair_impact_in_full(d: DVec2, w: DVec2, s: f64) -> Option<f64> {
+    #[cfg(target_arch = "x86_64")]
+    if std::arch::is_x86_feature_detected!("fma") {
+        // SAFETY: the processor has the one feature that the function asks for.
+        return unsafe { in_full_with_fused_operations(d, w, s) };
+    }
+    pair_impact_in_full_here(d, w, s)
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "fma")]
+fn in_full_with_fused_operations(d: DVec2, w: DVec2, s: f64) -> Option<f64> {
+    pair_impact_in_full_here(d, w, s)
 }
 
 /// For every processor.

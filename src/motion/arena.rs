@@ -13,7 +13,7 @@ use super::ticks::Ticks;
 use crate::detect::TooManyPairs;
 use crate::plan::parts::Part;
 use crate::plan::{Method, Plan};
-use crate::world::{Contact, Disc, DiscId, Owner};
+use crate::world::{Contact, Disc, DiscId, NotDone, Owner};
 
 /// Why an arena does not go on.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -145,7 +145,7 @@ impl Arena {
         each!(self, method => method.now())
     }
 
-    /// The discs of one owner as they are now, in the order in which they came.
+    /// The discs of one owner as they are now, in the order in which they came until one goes.
     pub fn discs(&self, owner: Owner) -> impl Iterator<Item = Disc> + use<> {
         let discs: Vec<Disc> = match self {
             Self::Plain(method) => method.discs(owner).collect(),
@@ -285,6 +285,38 @@ impl Arena {
             // What refuses it refuses to go on too, and is told then.
             Self::Springs(method) => drop(method.set_velocity(id, velocity)),
         }
+    }
+
+    /// Adds a simulated disc: sound, within the walls, clear of all others, with an id of its own.
+    ///
+    /// # Errors
+    /// [`NotDone`]; nothing is changed then.
+    pub fn add(&mut self, disc: Disc) -> Result<(), NotDone> {
+        each!(self, method => method.add(disc))
+    }
+
+    /// Takes a simulated disc out.
+    ///
+    /// # Errors
+    /// [`NotDone`] if there is none.
+    pub fn remove(&mut self, id: DiscId) -> Result<(), NotDone> {
+        each!(self, method => method.remove(id))
+    }
+
+    /// Puts a simulated disc somewhere else, with another velocity.
+    ///
+    /// # Errors
+    /// [`NotDone`]; nothing is changed then.
+    pub fn place(&mut self, id: DiscId, position: DVec2, velocity: DVec2) -> Result<(), NotDone> {
+        each!(self, method => method.place(id, position, velocity))
+    }
+
+    /// Moves the walls, and brings discs inside, where they may then overlap others.
+    ///
+    /// # Errors
+    /// [`NotDone`] if there are no walls, or no room within; nothing is changed then.
+    pub fn move_walls(&mut self, min: DVec2, max: DVec2) -> Result<(), NotDone> {
+        each!(self, method => method.move_walls(min, max))
     }
 
     /// Puts an observed disc where its owner says that it is, adding it if it is new; nothing

@@ -48,6 +48,8 @@ pub mod springs;
 
 pub mod drag;
 
+pub mod entry;
+
 pub mod clock;
 
 pub mod energy;

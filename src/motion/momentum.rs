@@ -56,6 +56,28 @@ impl MomentumAccount {
         }
     }
 
+    /// Books a disc that comes.
+    pub fn book_come(&mut self, disc: &Disc) {
+        if self.kept {
+            self.add(disc, 1.0);
+        }
+    }
+
+    /// Books a disc that goes.
+    pub fn book_gone(&mut self, disc: &Disc) {
+        if self.kept {
+            self.add(disc, -1.0);
+        }
+    }
+
+    /// Lets a force that lasts be this, N, from `now` (s) on.
+    pub fn set_pull(&mut self, now: f64, pull: DVec2) {
+        if self.kept {
+            self.book_until(now);
+            self.pull = pull;
+        }
+    }
+
     /// Lets a force that lasts change by so much, N, from `now` (s) on.
     pub fn book_pull(&mut self, now: f64, change: DVec2) {
         if self.kept {

@@ -28,6 +28,8 @@ pub mod integrators;
 
 pub mod links;
 
+mod edit;
+
 use std::collections::BTreeMap;
 
 use glam::DVec2;
@@ -38,7 +40,7 @@ use super::near::lanes::Pairs;
 use crate::detect::{Pair, TooManyPairs};
 use crate::exact::RunningSum;
 use crate::plan::BroadPhase;
-use crate::world::{Contact, Disc, DiscId, Partner, Walls, limits};
+use crate::world::{Contact, Disc, Partner, Walls, limits};
 pub use cluster::Implicit;
 use flow::Flow;
 pub use integrators::Explicit;
@@ -276,29 +278,6 @@ impl Springs {
     /// left when the contacts' own losses, as they were computed, are accounted for.
     pub fn relative_energy_drift(&self) -> f64 {
         self.energy.relative_drift(self.mechanical_energy() + self.lost.value())
-    }
-
-    /// Gives a disc, if it is there, a new velocity from now on; steps are counted from here.
-    ///
-    /// # Errors
-    /// [`Refused`] if the arena cannot get to the present; nothing is changed then.
-    pub fn set_velocity(&mut self, id: DiscId, velocity: DVec2) -> Result<(), Refused> {
-        let Some(k) = self.discs.iter().position(|disc| disc.id == id) else { return Ok(()) };
-        if self.now_discs()[k].velocity == velocity {
-            return Ok(());
-        }
-        if self.now > self.time() {
-            let works = self.moved(self.now - self.time())?;
-            self.take(&works);
-            (self.base, self.count) = (self.now, 0);
-            let mut ended = std::mem::take(&mut self.ended);
-            self.close(&mut ended);
-            self.ended = ended;
-        }
-        let before = self.discs[k].kinetic_energy();
-        self.discs[k].velocity = velocity;
-        self.energy.book(self.discs[k].kinetic_energy() - before);
-        Ok(())
     }
 
     /// Takes over the discs after a step, and what it did.

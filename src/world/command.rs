@@ -3,7 +3,7 @@
 use glam::DVec2;
 
 use super::contact::Contact;
-use super::disc::{Disc, DiscId};
+use super::disc::{Defect, Disc, DiscId};
 use crate::detect::TooManyPairs;
 use crate::motion::arena::Halt;
 
@@ -18,6 +18,30 @@ pub enum Command {
         id: DiscId,
         /// Its velocity, m/s.
         velocity: DVec2,
+    },
+    /// One more simulated puck, from now on.
+    AddPuck(Disc),
+    /// A simulated puck is no longer there.
+    RemovePuck {
+        /// The puck.
+        id: DiscId,
+    },
+    /// A simulated puck is somewhere else from now on, with another velocity.
+    PlacePuck {
+        /// The puck.
+        id: DiscId,
+        /// Its centre, m.
+        position: DVec2,
+        /// Its velocity, m/s.
+        velocity: DVec2,
+    },
+    /// The walls are elsewhere from now on; pucks outside are brought inside, where they may then
+    /// overlap others.
+    MoveWalls {
+        /// Lower left corner, m.
+        min: DVec2,
+        /// Upper right corner, m.
+        max: DVec2,
     },
 }
 
@@ -49,6 +73,8 @@ pub struct Outcome {
     /// What observed circles must do after contacts with simulated pucks: the latest velocity each,
     /// by id.
     pub corrections: Vec<(DiscId, DVec2)>,
+    /// Commands that were not carried out, by their place among all, and why: nothing was changed.
+    pub not_done: Vec<(usize, NotDone)>,
     /// Why the arena stands still, if it does.
     pub stall: Option<Halt>,
 }
@@ -84,4 +110,45 @@ pub enum Refusal {
     /// The pucks move by a method that cannot meet it; circles still meet each other.
     #[error("pucks pass through observed circles under the method springs; take another")]
     NotMet,
+}
+
+/// Why an arena does not do what was asked.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum NotDone {
+    /// A number of the puck.
+    #[error("{0}")]
+    Defect(Defect),
+    /// The id is in use.
+    #[error("id {0} is taken; give the new puck another")]
+    Taken(DiscId),
+    /// There is no such puck.
+    #[error("no puck has id {0}; see arena_states for those that are there")]
+    Unknown(DiscId),
+    /// It would overlap a disc.
+    #[error("the puck would overlap disc {0}; part them, or let them just touch")]
+    Overlaps(DiscId),
+    /// It would stand in or beyond a wall.
+    #[error("the puck would not lie within the walls")]
+    OutsideWalls,
+    /// It is so wide that it could touch another on two sides of a periodic box.
+    #[error(
+        "the puck is too wide for the periodic box: radius at most {} of its side",
+        super::limits::RADIUS_IN_PERIODIC_BOX
+    )]
+    TooWide,
+    /// The arena holds as many pucks as it may.
+    #[error("the arena already holds {} pucks", super::limits::PUCKS_PER_SCENE)]
+    TooMany,
+    /// There is no arena.
+    #[error("there is no arena; start with a scene that has a puck")]
+    NoArena,
+    /// There are no walls to be moved.
+    #[error("the arena has no walls; start with a scene that has a box")]
+    NoWalls,
+    /// The new walls are no box, or one without room for the widest puck.
+    #[error("the walls must be finite and leave room for every puck")]
+    NoRoom,
+    /// The arena has halted on the way to the present.
+    #[error("the arena stands still; its halt was told")]
+    Halted,
 }

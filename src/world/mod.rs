@@ -15,7 +15,7 @@ pub mod limits;
 
 use std::collections::HashSet;
 
-pub use command::{Answer, Command, Instants, Outcome, Refusal, Report};
+pub use command::{Answer, Command, Instants, NotDone, Outcome, Refusal, Report};
 pub use contact::{Contact, Partner};
 pub use disc::{Defect, Disc, DiscId};
 pub use periodic::Periodic;
@@ -139,14 +139,13 @@ impl World {
     pub fn step(&mut self, commands: &[Command], instants: Instants) -> Outcome {
         let mut outcome = Outcome::default();
         self.forget_stale(instants.heard_at);
-        for command in commands {
-            match command {
-                Command::SetVelocity { id, velocity } => self.command_puck(*id, *velocity),
-                Command::Observe(report) => {
-                    let refused = self.apply(report, instants.heard_at);
-                    let pairs = self.detect();
-                    outcome.answers.push(self.resolve(pairs, report.time, refused));
-                }
+        for (place, command) in commands.iter().enumerate() {
+            if let Command::Observe(report) = command {
+                let refused = self.apply(report, instants.heard_at);
+                let pairs = self.detect();
+                outcome.answers.push(self.resolve(pairs, report.time, refused));
+            } else if let Err(error) = self.command_arena(command) {
+                outcome.not_done.push((place, error));
             }
         }
         self.advance(instants.advance_to, &mut outcome);
@@ -184,8 +183,40 @@ impl World {
         }
     }
 
-    fn command_puck(&mut self, id: DiscId, velocity: DVec2) {
-        self.arena.iter_mut().for_each(|arena| arena.set_velocity(id, velocity));
+    /// Apply: what is asked of the arena.
+    fn command_arena(&mut self, command: &Command) -> Result<(), NotDone> {
+        let arena = match (&mut self.arena, command) {
+            (Some(arena), _) => arena,
+            // Nobody is there who could have a velocity.
+            (None, Command::SetVelocity { .. }) => return Ok(()),
+            (None, _) => return Err(NotDone::NoArena),
+        };
+        match *command {
+            Command::SetVelocity { id, velocity } => arena.set_velocity(id, velocity),
+            Command::AddPuck(puck) => {
+                if self.pucks.len() >= limits::PUCKS_PER_SCENE {
+                    return Err(NotDone::TooMany);
+                }
+                if self.observed.place(puck.id).is_some() {
+                    return Err(NotDone::Taken(puck.id));
+                }
+                arena.add(puck)?;
+                self.pucks.insert(puck.id);
+            }
+            Command::RemovePuck { id } => {
+                arena.remove(id)?;
+                self.pucks.remove(&id);
+            }
+            Command::PlacePuck { id, position, velocity } => arena.place(id, position, velocity)?,
+            Command::MoveWalls { min, max } => {
+                arena.move_walls(min, max)?;
+                let moved = |walls: Walls| Walls { min, max, ..walls };
+                self.settings.walls = self.settings.walls.map(moved);
+            }
+            // Whoever calls has looked: that is no question to the arena.
+            Command::Observe(_) => {}
+        }
+        Ok(())
     }
 
     /// Apply: takes over a report, for the resolver and for the arena.

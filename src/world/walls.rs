@@ -69,6 +69,13 @@ impl Walls {
         }
     }
 
+    /// The place of a disc brought inside, if it is not there; of one as wide as the box, in its
+    /// middle.
+    pub fn inside(&self, disc: &Disc) -> DVec2 {
+        let (low, high) = (self.min + disc.radius, self.max - disc.radius);
+        disc.position.max(low).min(high.max(low))
+    }
+
     /// Whether a disc lies inside, touching allowed.
     pub fn contain(&self, position: DVec2, radius: f64) -> bool {
         position.cmpge(self.min + radius).all() && position.cmple(self.max - radius).all()

@@ -157,6 +157,33 @@ fn gravity_and_drag_are_no_error() {
 }
 
 #[test]
+fn discs_that_come_go_and_are_put_elsewhere_are_no_error() {
+    let discs = gas(11, 60, 14.0, (0.3, 0.5), (0.5, 3.0));
+    for (method, gravity) in ALL.map(|method| (method, None)).into_iter().chain([
+        (Method::Events, Some(DVec2::new(0.2, -1.0))),
+        (Method::Plain, Some(DVec2::new(0.2, -1.0))),
+    ]) {
+        let settings = Settings { gravity, ..box_settings(14.0, 1.0) };
+        let mut arena = arena(&settings, &discs, method);
+        arena.keep_account();
+        let mut random = Random::new(12);
+        let (mut came, mut went, mut moved) = (0, 0, 0);
+        for k in 1..=60 {
+            advance(&mut arena, 0.05 * f64::from(k));
+            let place = DVec2::splat(7.0) + random.vector(6.0);
+            let new = disc(500 + k, place.to_array(), [1.0, -0.5], 0.3, 2.5);
+            came += u32::from(arena.add(new).is_ok());
+            let place = DVec2::splat(7.0) + random.vector(6.0);
+            moved += u32::from(arena.place(random.below(30) as u32, place, DVec2::X).is_ok());
+            went += u32::from(k % 4 == 0 && arena.remove(29 + k / 4).is_ok());
+        }
+        advance(&mut arena, 4.0);
+        assert!(came > 5 && went > 10 && moved > 5, "{method}: {came} {went} {moved}");
+        assert!(drift(&arena) < 1e-12 * scale(&discs), "{method}: {:e}", drift(&arena));
+    }
+}
+
+#[test]
 fn a_disc_that_comes_to_rest_on_the_floor_is_no_error() {
     let settings = Settings { gravity: Some(DVec2::NEG_Y), ..box_settings(6.0, 0.5) };
     let discs = [disc(1, [2.0, 1.0], [0.5, 0.0], 0.5, 2.0)];

@@ -22,7 +22,7 @@ const SPEED_MAX: f32 = 1e6;
 const WALL: f64 = 1.0;
 
 /// A world of Box2D.
-pub(super) struct Box2d {
+pub(crate) struct Box2d {
     world: World,
     bodies: Vec<BodyId>,
     discs: Vec<Disc>,

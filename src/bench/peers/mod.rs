@@ -31,7 +31,9 @@ use super::BenchError;
 use super::gas::Gas;
 use crate::scene::lattice::Lattice;
 use crate::world::{Disc, Pace, Walls};
+pub(crate) use box2d::Box2d;
 pub use isolated::Isolated;
+pub(crate) use rapier::Rapier;
 pub use stretch::Row;
 
 /// Timed runs of every row, of which the median and the least are told.
@@ -117,17 +119,17 @@ impl fmt::Display for Mover {
 
 /// A scene for an engine: elastic discs of 1 kg, without friction.
 #[derive(Clone, Copy, Debug)]
-struct Setup<'a> {
-    discs: &'a [Disc],
-    walls: Option<Walls>,
+pub(crate) struct Setup<'a> {
+    pub discs: &'a [Disc],
+    pub walls: Option<Walls>,
     /// s
-    step: f64,
+    pub step: f64,
     /// Whether contacts are counted, which nobody does whose time is taken.
-    count: bool,
+    pub count: bool,
 }
 
 /// An engine with a scene in it, which goes on by steps.
-trait Stepper: Sized {
+pub(crate) trait Stepper: Sized {
     /// The scene, as the engine holds it.
     fn new(setup: &Setup) -> Result<Self, String>;
 

@@ -20,7 +20,7 @@ use crate::world::{Disc, Walls};
 const WALL: f64 = 1.0;
 
 /// A world of Rapier, which recycles contacts (as it comes) or looks anew at each step.
-pub(super) struct Rapier<const RECYCLE: bool> {
+pub(crate) struct Rapier<const RECYCLE: bool> {
     world: PhysicsWorld,
     bodies: Vec<RigidBodyHandle>,
     discs: Vec<Disc>,

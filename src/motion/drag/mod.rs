@@ -33,7 +33,7 @@ use glam::DVec2;
 use super::events::Events;
 use super::plain::{Laws, Plain, Stall};
 use crate::exact::RunningSum;
-use crate::world::{Contact, Disc, DiscId, Owner, limits};
+use crate::world::{Contact, Disc, DiscId, NotDone, Owner, limits};
 use slowing::Slowing;
 
 /// A method in which discs fly straight between contacts.
@@ -69,6 +69,14 @@ pub trait Straight {
     fn pass(&mut self, until: f64) -> Result<(), Stall>;
     /// Gives a simulated disc a velocity.
     fn set_velocity(&mut self, id: DiscId, velocity: DVec2);
+    /// Adds a simulated disc.
+    fn add(&mut self, disc: Disc) -> Result<(), NotDone>;
+    /// Takes a simulated disc out.
+    fn remove(&mut self, id: DiscId) -> Result<(), NotDone>;
+    /// Puts a simulated disc somewhere else.
+    fn place(&mut self, id: DiscId, position: DVec2, velocity: DVec2) -> Result<(), NotDone>;
+    /// Moves the walls.
+    fn move_walls(&mut self, min: DVec2, max: DVec2) -> Result<(), NotDone>;
     /// Puts an observed disc where it is.
     fn observe(&mut self, disc: Disc);
     /// Takes observed discs out.
@@ -171,6 +179,42 @@ impl<M: Straight> Drag<M> {
     pub fn set_velocity(&mut self, id: DiscId, velocity: DVec2) {
         self.wake();
         self.method.set_velocity(id, velocity / self.speed());
+    }
+
+    /// Adds a simulated disc.
+    ///
+    /// # Errors
+    /// [`NotDone`]; nothing is changed then.
+    pub fn add(&mut self, disc: Disc) -> Result<(), NotDone> {
+        self.wake();
+        self.method.add(Disc { velocity: disc.velocity / self.speed(), ..disc })
+    }
+
+    /// Takes a simulated disc out.
+    ///
+    /// # Errors
+    /// [`NotDone`] if there is none.
+    pub fn remove(&mut self, id: DiscId) -> Result<(), NotDone> {
+        self.wake();
+        self.method.remove(id)
+    }
+
+    /// Puts a simulated disc somewhere else, with another velocity.
+    ///
+    /// # Errors
+    /// [`NotDone`]; nothing is changed then.
+    pub fn place(&mut self, id: DiscId, position: DVec2, velocity: DVec2) -> Result<(), NotDone> {
+        self.wake();
+        self.method.place(id, position, velocity / self.speed())
+    }
+
+    /// Moves the walls, and brings discs inside.
+    ///
+    /// # Errors
+    /// [`NotDone`] if there are no walls, or no room within; nothing is changed then.
+    pub fn move_walls(&mut self, min: DVec2, max: DVec2) -> Result<(), NotDone> {
+        self.wake();
+        self.method.move_walls(min, max)
     }
 
     /// Puts an observed disc where its owner says that it is, adding it if it is new.
@@ -296,6 +340,18 @@ macro_rules! straight {
             }
             fn set_velocity(&mut self, id: DiscId, velocity: DVec2) {
                 <$method>::set_velocity(self, id, velocity);
+            }
+            fn add(&mut self, disc: Disc) -> Result<(), NotDone> {
+                <$method>::add(self, disc)
+            }
+            fn remove(&mut self, id: DiscId) -> Result<(), NotDone> {
+                <$method>::remove(self, id)
+            }
+            fn place(&mut self, id: DiscId, position: DVec2, v: DVec2) -> Result<(), NotDone> {
+                <$method>::place(self, id, position, v)
+            }
+            fn move_walls(&mut self, min: DVec2, max: DVec2) -> Result<(), NotDone> {
+                <$method>::move_walls(self, min, max)
             }
             fn observe(&mut self, disc: Disc) {
                 <$method>::observe(self, disc);

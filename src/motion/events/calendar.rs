@@ -78,6 +78,11 @@ impl Calendar {
         self.steps = (1u64 << (63 - self.disc_bits)) as f64;
     }
 
+    /// Whether entries can name so many discs.
+    pub fn has_room_for(&self, discs: usize) -> bool {
+        usize::BITS - discs.max(2).leading_zeros() <= self.disc_bits
+    }
+
     /// Length of the epoch, s.
     pub fn epoch(&self) -> f64 {
         self.day * self.days.len() as f64

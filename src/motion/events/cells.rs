@@ -285,6 +285,26 @@ impl Cells {
         self.for_each_image(place, |cells, start| cells.remove_at(start, disc));
     }
 
+    /// Calls a disc of a cell otherwise.
+    pub fn rename(&mut self, place: Place, disc: u32, to: u32) {
+        self.remove(place, disc);
+        self.add(place, to);
+    }
+
+    /// Takes all discs out.
+    pub fn clear(&mut self) {
+        self.numbers.fill(EMPTY);
+        self.beyond.clear();
+    }
+
+    /// Whether a place lies within what the cells are made for.
+    pub fn covers(&self, position: DVec2) -> bool {
+        let (columns, rows) = (f64::from(self.columns), f64::from(self.rows));
+        let max = self.min + self.width * DVec2::new(columns, rows);
+        let lies_within = position.cmpge(self.min).all() && position.cmple(max).all();
+        self.border != Border::Open || lies_within
+    }
+
     fn for_each_image(&mut self, place: Place, mut act: impl FnMut(&mut Self, usize)) {
         act(self, self.start(place));
         if !matches!(self.border, Border::Periodic(_)) || !self.is_outermost(place) {
@@ -358,7 +378,13 @@ fn edges(min: f64, width: f64, lines: u16, margin: f64, is_closed: bool) -> Vec<
 pub fn widths(needs: &Needs) -> (f64, f64) {
     let fraction = needs.density * needs.diameter * needs.diameter * std::f64::consts::FRAC_PI_4;
     // Discs per cell wanted, and the margin in diameters.
-    let margin = (0.26 - 0.38 * fraction).clamp(0.0, 0.2) * needs.diameter;
-    let roomy = (0.92 / needs.density).sqrt();
+    let mut margin = (0.26 - 0.38 * fraction).clamp(0.0, 0.2) * needs.diameter;
+    let mut roomy = (0.92 / needs.density).sqrt();
+    if let Border::Periodic(periodic) = needs.border {
+        // Five of them, or a disc could meet two images of another.
+        let most = periodic.size().min_element() / 5.0 * (1.0 - 1e-8);
+        margin = margin.min(0.5 * (most - needs.diameter)).max(0.0);
+        roomy = roomy.min(most);
+    }
     (roomy.max(needs.diameter * 1.0 + 2.0 * margin) * (1.0 + 1e-9), margin)
 }

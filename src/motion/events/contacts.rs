@@ -47,7 +47,8 @@ impl Events {
             }
             let other = self.calendar.disc(entry);
             if other != partner && other != k {
-                return self.dues[other].contact <= self.now + self.same_instant;
+                let latest = self.now + self.same_instant;
+                return self.dues.get(other).is_some_and(|due| due.contact <= latest);
             }
         }
         false
@@ -253,6 +254,10 @@ impl Events {
         let Some(last) = open.len().checked_sub(4 * STEP) else { return };
         let disc = |step: usize| self.calendar.disc(open[last + step * STEP]);
         let [first, second, third, fourth] = [0, 1, 2, 3].map(disc);
+        // One of them went, or there are only few: nothing is far away then.
+        if first.max(second).max(third).max(fourth) >= self.dues.len() {
+            return;
+        }
         prefetch(&self.dues, first);
         prefetch(&self.flights, first);
         let due = &self.dues[second];

@@ -1,20 +1,25 @@
 //! What is asked from outside between events: other velocities, discs that come, move and go.
+//!
+//! Energy that comes or goes with it is booked as work. What it does to the cells and the calendar
+//! is for [`super::come`].
 
 use std::collections::{HashMap, HashSet};
 
 use glam::DVec2;
 
-use super::levels::Grids;
-use super::{Each, Events, Flight, LONG_AGO, grids};
+use super::{Each, Events};
+use crate::motion::entry::{fits_box, may_stand, moved};
 use crate::plan::parts::brings_energy;
-use crate::world::{Disc, DiscId, Owner};
+use crate::world::{Disc, DiscId, NotDone, Owner};
 
 impl Events {
     /// Gives a simulated disc, if it is there, a new velocity from now on.
     pub fn set_velocity(&mut self, id: DiscId, velocity: DVec2) {
         let Some(k) = self.find(Owner::Simulated, id) else { return };
         let before = self.disc(k);
-        self.bring_start_near(velocity.length());
+        if !self.outdated {
+            self.bring_start_near(velocity.length());
+        }
         self.book_fall(k);
         self.turn(k, velocity);
         self.energy.book(self.disc(k).kinetic_energy() - before.kinetic_energy());
@@ -26,125 +31,119 @@ impl Events {
         }
     }
 
+    /// Adds a simulated disc, at the cost of a look around it; of one that the cells have no room
+    /// for, once for all that come before time goes on, at that of new cells.
+    ///
+    /// # Errors
+    /// [`NotDone`]; nothing is changed then.
+    pub fn add(&mut self, disc: Disc) -> Result<(), NotDone> {
+        may_stand(&disc, self.laws.walls.as_ref())?;
+        fits_box(&disc, self.laws.periodic)?;
+        if [Owner::Simulated, Owner::Observed].iter().any(|&owner| self.has(owner, disc.id)) {
+            return Err(NotDone::Taken(disc.id));
+        }
+        self.is_clear_at(&disc, None)?;
+        self.guests |= brings_energy(&disc);
+        self.come(&disc, Owner::Simulated);
+        self.energy.book(disc.kinetic_energy());
+        self.momentum.book_come(&disc);
+        self.guests |= self.momentum.is_kept() && disc.mass.is_infinite();
+        self.book_weight();
+        Ok(())
+    }
+
+    /// Takes a simulated disc out, at no more than the cost of finding it. The last disc takes its
+    /// place in [`Self::discs`].
+    ///
+    /// # Errors
+    /// [`NotDone`] if there is none.
+    pub fn remove(&mut self, id: DiscId) -> Result<(), NotDone> {
+        let k = self.find(Owner::Simulated, id).ok_or(NotDone::Unknown(id))?;
+        self.book_fall(k);
+        let gone = self.disc(k);
+        self.energy.book(-gone.kinetic_energy());
+        self.momentum.book_gone(&gone);
+        self.take_out(k);
+        self.book_weight();
+        Ok(())
+    }
+
+    /// Puts a simulated disc somewhere else, with another velocity.
+    ///
+    /// # Errors
+    /// [`NotDone`]; nothing is changed then.
+    pub fn place(&mut self, id: DiscId, position: DVec2, velocity: DVec2) -> Result<(), NotDone> {
+        let k = self.find(Owner::Simulated, id).ok_or(NotDone::Unknown(id))?;
+        let before = self.disc(k);
+        let after = Disc { position, velocity, ..before };
+        may_stand(&after, self.laws.walls.as_ref())?;
+        self.is_clear_at(&after, Some(k))?;
+        self.book_fall(k);
+        self.guests |= brings_energy(&after);
+        self.energy.book(after.kinetic_energy() - before.kinetic_energy());
+        self.momentum.book_gone(&before);
+        self.momentum.book_come(&after);
+        self.move_to(k, &after);
+        self.book_weight();
+        Ok(())
+    }
+
+    /// Moves the walls, and brings discs inside.
+    ///
+    /// # Errors
+    /// [`NotDone`] if there are no walls, or no room within; nothing is changed then.
+    pub fn move_walls(&mut self, min: DVec2, max: DVec2) -> Result<(), NotDone> {
+        let simulated = |k: &usize| self.owners[*k] == Owner::Simulated;
+        let within: Vec<usize> = (0..self.flights.len()).filter(simulated).collect();
+        let widest = within.iter().map(|&k| self.radii.get(k)).fold(0.0, f64::max);
+        let walls = moved(self.laws.walls, (min, max), widest)?;
+        self.outdate();
+        // What rests on a wall may not rest on the next.
+        within.iter().for_each(|&k| self.book_fall(k));
+        self.laws.walls = Some(walls);
+        for k in within {
+            let disc = self.disc(k);
+            self.put(k, &Disc { position: walls.inside(&disc), ..disc });
+        }
+        Ok(())
+    }
+
     /// Puts an observed disc where its owner says that it is, adding it if it is new.
     pub fn observe(&mut self, disc: Disc) {
-        let known = self.find(Owner::Observed, disc.id);
-        let fits = |k: &usize| !self.outdated && disc.radius <= self.radius_max(*k);
-        let Some(k) = known.filter(fits) else {
-            return self.come(known, &disc);
-        };
-        let level = self.levels.level(k);
-        self.levels.grid_mut(&mut self.cells, level).remove(self.dues[k].place, k as u32);
-        self.put(k, &disc);
-        let cells = self.levels.grid_mut(&mut self.cells, level);
-        self.dues[k].place = cells.place(self.flights[k].at(self.now));
-        cells.add(self.dues[k].place, k as u32);
-        self.note_jump(k);
-        // Who expects to meet it may not notice that it is elsewhere.
-        self.expect_otherwise(k);
-        self.lanes.renew_all(self, &[k]);
-    }
-
-    /// An observed disc that is new, or too large for the cells: they are made anew before time
-    /// goes on, once for all that come.
-    fn come(&mut self, known: Option<usize>, disc: &Disc) {
         self.guests = true;
-        if !self.outdated {
-            self.carry_on(self.now);
-            self.outdated = true;
+        match self.find(Owner::Observed, disc.id) {
+            Some(k) => self.move_to(k, &disc),
+            None => self.come(&disc, Owner::Observed),
         }
-        let k = known.unwrap_or(self.flights.len());
-        if known.is_none() {
-            self.ids.push(disc.id);
-            self.owners.push(Owner::Observed);
-            self.push_flight(disc);
-            let equal = self.equal_radius();
-            self.radii.push(disc.radius, k);
-            self.masses.push(disc.mass, k);
-            self.relate_excess(equal);
-            if self.laws.contact_time > 0.0 || !self.last.is_empty() {
-                self.last.push(LONG_AGO);
-            }
-            self.index.iter_mut().for_each(|index| {
-                index.insert((Owner::Observed, disc.id), k);
-            });
-        }
-        self.put(k, disc);
     }
 
-    /// Writes down what a disc is.
-    fn put(&mut self, k: usize, disc: &Disc) {
-        if !self.outdated {
-            self.bring_start_near(disc.velocity.length());
+    /// Takes observed discs out.
+    pub fn forget(&mut self, ids: &HashSet<DiscId>) {
+        for &id in ids {
+            if let Some(k) = self.find(Owner::Observed, id) {
+                self.take_out(k);
+            }
         }
-        let periodic = self.laws.periodic;
-        let position = periodic.map_or(disc.position, |periodic| periodic.inside(disc.position));
-        let start = position - disc.velocity * self.now;
-        let DVec2 { x: vx, y: vy } = disc.velocity;
-        let equal = self.equal_radius();
-        self.flights[k] = Flight { x: start.x, y: start.y, vx, vy };
-        let discs = self.flights.len();
-        self.radii.set(k, disc.radius, discs);
-        self.masses.set(k, disc.mass, discs);
-        self.relate_excess(equal);
     }
 
     /// Distances at contacts are kept in other units from the first disc of another radius on.
-    fn relate_excess(&mut self, radius: Option<f64>) {
+    pub(super) fn relate_excess(&mut self, radius: Option<f64>) {
         if let (Some(radius), Each::Own(_)) = (radius, &self.radii) {
             let unit = 2.0 * radius * radius;
             self.excess = (self.excess.0 / unit, self.excess.1 / unit);
         }
     }
 
-    fn equal_radius(&self) -> Option<f64> {
+    pub(super) fn equal_radius(&self) -> Option<f64> {
         if let Each::Same(radius) = self.radii { Some(radius) } else { None }
-    }
-
-    pub(super) fn push_flight(&mut self, disc: &Disc) {
-        let start = disc.position - disc.velocity * self.now;
-        let DVec2 { x: vx, y: vy } = disc.velocity;
-        self.flights.push(Flight { x: start.x, y: start.y, vx, vy });
-        let owner = self.owners[self.flights.len() - 1];
-        self.fall.iter_mut().for_each(|fall| fall.push(&self.laws, disc, owner));
-    }
-
-    /// Takes observed discs out.
-    pub fn forget(&mut self, ids: &HashSet<DiscId>) {
-        let gone = |k: &usize| self.owners[*k] == Owner::Observed && ids.contains(&self.ids[*k]);
-        let gone: Vec<usize> = (0..self.flights.len()).filter(gone).collect();
-        // From the last on: what takes the place of one is not itself to go.
-        for &k in gone.iter().rev() {
-            self.flights.swap_remove(k);
-            self.ids.swap_remove(k);
-            self.owners.swap_remove(k);
-            self.radii.swap_remove(k);
-            self.masses.swap_remove(k);
-            self.fall.iter_mut().for_each(|fall| fall.swap_remove(k));
-            if !self.last.is_empty() {
-                self.last.swap_remove(k);
-            }
-        }
-        if !gone.is_empty() {
-            self.index = None;
-            self.outdated = true;
-        }
-    }
-
-    /// New cells for the discs as they lie now.
-    #[cold]
-    pub(super) fn renew_all_cells(&mut self) {
-        let discs: Vec<Disc> = (0..self.flights.len()).map(|k| self.disc(k)).collect();
-        let Grids { cells, levels, diameter, needs } = grids(&self.laws, &discs);
-        (self.cells, self.levels, self.diameter) = (cells, levels, diameter);
-        self.scale = needs.diameter;
-        self.calendar.make_room_for(self.flights.len());
-        self.renew_grid();
-        self.outdated = false;
     }
 
     fn find(&mut self, owner: Owner, id: DiscId) -> Option<usize> {
         self.make_index().get(&(owner, id)).copied()
+    }
+
+    fn has(&mut self, owner: Owner, id: DiscId) -> bool {
+        self.find(owner, id).is_some()
     }
 
     /// Where the disc of each id is, made when somebody asks.
@@ -155,15 +154,15 @@ impl Events {
 }
 
 impl Each {
-    fn push(&mut self, value: f64, count: usize) {
+    pub(super) fn push(&mut self, value: f64, count: usize) {
         self.make_own(value, count).into_iter().for_each(|own| own.push(value));
     }
 
-    fn set(&mut self, k: usize, value: f64, count: usize) {
+    pub(super) fn set(&mut self, k: usize, value: f64, count: usize) {
         self.make_own(value, count).into_iter().for_each(|own| own[k] = value);
     }
 
-    fn swap_remove(&mut self, k: usize) {
+    pub(super) fn swap_remove(&mut self, k: usize) {
         if let Self::Own(own) = self {
             own.swap_remove(k);
         }

@@ -169,6 +169,14 @@ impl Events {
         }
     }
 
+    /// Puts a disc where it did not come by falling: gravity did no work on the way.
+    pub(super) fn put_falling(&mut self, k: usize, position: DVec2, velocity: DVec2) {
+        self.set_state(k, position, velocity);
+        if let Some(fall) = &mut self.fall {
+            fall.booked[k] = position;
+        }
+    }
+
     /// Who expects to meet a disc is wrong, though it seems to fly as before.
     pub(super) fn expect_otherwise(&mut self, k: usize) {
         let met = self.dues.iter_mut().filter(|due| due.met() == k);
@@ -328,6 +336,13 @@ impl Events {
         if let Some(fall) = &mut self.fall {
             fall.booked[k] = position;
             self.energy.book(work);
+        }
+    }
+
+    /// Books gravity on those that fall from now on: some came, went or were moved.
+    pub(super) fn book_weight(&mut self) {
+        if self.fall.is_some() && self.momentum.is_kept() {
+            self.momentum.set_pull(self.now(), self.weight());
         }
     }
 

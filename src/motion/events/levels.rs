@@ -21,7 +21,7 @@
 
 use glam::DVec2;
 
-use super::cells::{Block, Border, Cells, Needs, ROOM_MAX, widths};
+use super::cells::{Block, Border, Cells, EMPTY, Needs, ROOM_MAX, widths};
 use super::lanes::{Meeting, NOBODY, Unit};
 use super::{Due, Events, TIE};
 use crate::world::Disc;
@@ -229,8 +229,50 @@ impl Levels {
         finest.lines_min() >= 5 && first + second + 2.0 * self.stay < half && (0..celled).all(clear)
     }
 
+    /// The largest radius of a level, m; of one level only nobody asks.
+    pub fn radius(&self, level: usize) -> Option<f64> {
+        self.radii.get(level).copied()
+    }
+
+    /// One more disc.
+    pub fn push(&mut self, radius: f64) {
+        if !self.is_single() {
+            self.of.push(self.fitting(radius));
+            self.hollow.push(false);
+            self.rings.push(None);
+        }
+    }
+
+    /// One disc less; the last takes its place.
+    pub fn swap_remove(&mut self, disc: usize) {
+        if !self.is_single() {
+            self.of.swap_remove(disc);
+            self.hollow.swap_remove(disc);
+            self.rings.swap_remove(disc);
+        }
+    }
+
+    /// Calls a disc otherwise in the rims.
+    pub fn rename(&mut self, disc: usize, to: usize) {
+        let ring = self.rings.get(disc).and_then(Option::as_ref);
+        for (level, block) in ring.into_iter().flat_map(|ring| &ring.blocks) {
+            self.rims[*level].remove_from(block, disc as u32);
+            self.rims[*level].add_to(block, to as u32);
+        }
+    }
+
+    /// Takes all discs out.
+    pub fn clear(&mut self) {
+        self.coarser.iter_mut().chain(&mut self.rims).for_each(Cells::clear);
+        self.hollow.fill(false);
+        self.rings.fill(None);
+    }
+
     /// Takes a large disc out of the rims.
-    fn erase(&mut self, disc: usize) {
+    pub fn erase(&mut self, disc: usize) {
+        if self.is_single() {
+            return;
+        }
         for (level, block) in self.rings[disc].take().into_iter().flat_map(|ring| ring.blocks) {
             self.rims[level].remove_from(&block, disc as u32);
         }
@@ -387,13 +429,17 @@ impl Events {
         self.levels.erase(k);
         self.levels.hollow[k] = false;
         let level = self.levels.level(k);
-        for larger in 0..self.flights.len() {
-            if self.levels.level(larger) > level
-                && self.levels.hollow[larger]
-                && self.is_deep_in(k, larger)
-            {
-                self.levels.hollow[larger] = false;
-                self.write(larger);
+        // Cells are wider than the discs that live in them, so it lies next to their centres.
+        for larger in level + 1..self.levels() {
+            let cells = self.levels.grid(&self.cells, larger);
+            let block = cells.around(cells.place(self.position(k)));
+            let held = block.rows().flat_map(|row| &cells.numbers()[row]).copied();
+            let held: Vec<u32> = held.chain(cells.beyond(&block)).collect();
+            for larger in held.into_iter().filter(|held| *held != EMPTY).map(|held| held as usize) {
+                if self.levels.hollow[larger] && self.is_deep_in(k, larger) {
+                    self.levels.hollow[larger] = false;
+                    self.write(larger);
+                }
             }
         }
     }

@@ -22,6 +22,7 @@
 mod again;
 mod calendar;
 mod cells;
+mod come;
 mod contacts;
 mod edit;
 mod fall;
@@ -45,6 +46,7 @@ use crate::plan::parts::{Part, Parts};
 use crate::world::{Contact, Disc, DiscId, Owner, Walls, limits};
 use calendar::Calendar;
 use cells::{Border, Cells, Needs, Place};
+use come::UNSEEN;
 use fall::Fall;
 use lanes::{Near, Unit, Wrap};
 use levels::{Grids, Levels};
@@ -198,8 +200,10 @@ pub struct Events {
     cells: Cells,
     /// Coarser cells, where sizes differ much.
     levels: Levels,
-    /// Whether discs came or went since the cells were made.
+    /// Whether they must be made anew before time goes on.
     outdated: bool,
+    /// How many discs they were made for.
+    made_for: usize,
     /// The largest diameter that the cells have room for, m.
     diameter: f64,
     /// The largest diameter of those in the finest cells, m.
@@ -292,6 +296,7 @@ impl Events {
             cells,
             levels,
             outdated: false,
+            made_for: discs.len(),
             diameter,
             scale: needs.diameter,
             calendar: Calendar::new(day, days, discs.len()),
@@ -356,7 +361,7 @@ impl Events {
         let mut account = self.momentum;
         account.begin(self.discs(Owner::Simulated));
         self.momentum = account;
-        self.momentum.book_pull(self.now(), self.weight());
+        self.momentum.set_pull(self.now(), self.weight());
         // Contacts with fixed discs are booked.
         let fixed = self.discs(Owner::Simulated).any(|disc| disc.mass.is_infinite());
         self.guests |= fixed;
@@ -441,8 +446,7 @@ impl Events {
         }
         for _ in 0..limits::EVENTS_PER_ADVANCE {
             let Some((k, due)) = self.next_due::<U>(until) else {
-                // An event's time may have rounded to just after `until`.
-                self.now = self.now.max(until - self.base);
+                self.reach(until);
                 return Ok(());
             };
             self.now = self.now.max(due.time());
@@ -454,6 +458,15 @@ impl Events {
             }
         }
         Ok(())
+    }
+
+    /// Nothing more happens before `until`: that is the present, to the last bit.
+    fn reach(&mut self, until: f64) {
+        // An event's time may have rounded to just after it.
+        self.now = self.now.max(until - self.base);
+        if self.now() < until {
+            self.now = self.now.next_up();
+        }
     }
 
     /// The disc whose event is the next, if that comes before `until`.
@@ -470,7 +483,8 @@ impl Events {
                 continue;
             };
             let k = self.calendar.disc(entry);
-            let due = self.dues[k];
+            // A disc that went may have left entries.
+            let due = self.dues.get(k).copied().unwrap_or(UNSEEN);
             let holds = self.calendar.holds(entry, due.time());
             if holds && due.time() > until - self.base {
                 return None;
@@ -504,7 +518,7 @@ impl Events {
     #[inline(always)]
     fn open_next_day<U: Unit>(&mut self) {
         let dues = &self.dues;
-        self.calendar.next_day::<U>(|k| dues[k].time());
+        self.calendar.next_day::<U>(|k| dues.get(k).map_or(f64::INFINITY, Due::time));
     }
 
     /// Carries all flights on to the next epoch in which something happens; `false` if nothing does

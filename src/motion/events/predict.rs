@@ -4,7 +4,7 @@ use glam::DVec2;
 
 use super::cells::Block;
 use super::lanes::{self, Meeting, Sight, Unit};
-use super::{Due, Events, NOTHING, Place, TIE, WALL};
+use super::{Due, Events, Flight, NOTHING, Place, TIE, WALL};
 use crate::resolve::pair::{approach, rounding_speed};
 use crate::world::{Owner, Side};
 
@@ -323,7 +323,8 @@ impl Events {
     #[inline(always)]
     pub(super) fn is_stale(&self, due: &Due) -> bool {
         let met = due.met();
-        met < WALL as usize && self.flights[met].stamp() != due.stamp
+        // Of one that went the last disc may have taken the place, or nobody.
+        met < WALL as usize && self.flights.get(met).map(Flight::stamp) != Some(due.stamp)
     }
 
     /// What is known still holds: only the discs in cells that came near are looked at.

@@ -30,10 +30,9 @@ mod again;
 mod body;
 mod collapse;
 mod contacts;
+mod edit;
 mod predict;
 mod remembered;
-
-use std::collections::HashSet;
 
 use glam::DVec2;
 
@@ -262,9 +261,13 @@ impl Plain {
         let mut account = self.momentum;
         account.begin(self.discs(Owner::Simulated));
         self.momentum = account;
+        self.momentum.set_pull(self.now, self.weight());
+    }
+
+    /// What gravity does to all that falls, N.
+    fn weight(&self) -> DVec2 {
         let falling = self.bodies.iter().filter(|body| body.acceleration != DVec2::ZERO);
-        let weight = falling.map(|body| body.disc.mass * body.acceleration).sum();
-        self.momentum.book_pull(self.now, weight);
+        falling.map(|body| body.disc.mass * body.acceleration).sum()
     }
 
     /// Momentum gained by error, N s, while an account is kept.
@@ -313,43 +316,6 @@ impl Plain {
     /// As [`Self::advance`].
     pub fn pass(&mut self, until: f64) -> Result<(), Stall> {
         self.advance(until, &mut Vec::new())
-    }
-
-    /// Gives a simulated disc, if it is there, a new velocity from now on.
-    pub fn set_velocity(&mut self, id: DiscId, velocity: DVec2) {
-        let Some(k) = self.find(id, Owner::Simulated) else { return };
-        let before = self.move_to_now(k);
-        self.set_velocity_of(k, velocity);
-        self.energy.book(self.bodies[k].disc.kinetic_energy() - before.kinetic_energy());
-        self.momentum.book_change(before.mass, velocity);
-        self.momentum.book_change(before.mass, -before.velocity);
-        self.predict_again(&[k], self.clock.offset(self.now));
-    }
-
-    /// Puts an observed disc where its owner says that it is, adding it if it is new.
-    pub fn observe(&mut self, disc: Disc) {
-        self.laws.extreme_units |= is_extreme(&disc);
-        if let Some(k) = self.find(disc.id, Owner::Observed) {
-            self.move_to_now(k);
-            self.replace(k, disc);
-        } else {
-            self.push(disc, Owner::Observed);
-            let last = self.bodies.len() - 1;
-            self.replace(last, disc);
-        }
-    }
-
-    /// Takes observed discs out.
-    pub fn forget(&mut self, ids: &HashSet<DiscId>) {
-        let before = self.bodies.len();
-        let gone = |body: &Body| !body.is_simulated() && ids.contains(&body.disc.id);
-        self.bodies.retain(|body| !gone(body));
-        if self.bodies.len() < before {
-            // Indices are others now.
-            self.remembered.clear();
-            self.bodies.iter_mut().for_each(|body| body.collapse.forget_partners());
-            self.predict_all();
-        }
     }
 
     fn find(&self, id: DiscId, owner: Owner) -> Option<usize> {

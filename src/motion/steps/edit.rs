@@ -5,8 +5,9 @@ use std::collections::HashSet;
 use glam::DVec2;
 
 use super::{Steps, may_collide};
+use crate::motion::entry::{fits_box, is_clear, may_stand, moved};
 use crate::motion::plain::is_extreme;
-use crate::world::{Disc, DiscId, Owner};
+use crate::world::{Disc, DiscId, NotDone, Owner};
 
 impl Steps {
     /// Gives a simulated disc, if it is there, a new velocity from now on.
@@ -45,6 +46,92 @@ impl Steps {
     pub fn forget(&mut self, ids: &HashSet<DiscId>) {
         let gone = |k: &usize| self.owners[*k] == Owner::Observed && ids.contains(&self.ids[*k]);
         let gone: Vec<usize> = (0..self.ids.len()).filter(gone).collect();
+        self.take_out(&gone);
+    }
+
+    /// Adds a simulated disc.
+    ///
+    /// # Errors
+    /// [`NotDone`]; nothing is changed then.
+    pub fn add(&mut self, disc: Disc) -> Result<(), NotDone> {
+        may_stand(&disc, self.laws.walls.as_ref())?;
+        fits_box(&disc, self.laws.periodic)?;
+        if self.ids.contains(&disc.id) {
+            return Err(NotDone::Taken(disc.id));
+        }
+        self.is_clear_at(&disc, None)?;
+        self.laws.extreme_units |= is_extreme(&disc);
+        let k = self.ids.len();
+        self.index.iter_mut().for_each(|index| {
+            index.insert((Owner::Simulated, disc.id), k);
+        });
+        self.push(&disc, Owner::Simulated, self.steps_now());
+        self.energy.book(disc.kinetic_energy());
+        self.momentum.book_come(&disc);
+        self.near.discard();
+        self.note_who_passes();
+        Ok(())
+    }
+
+    /// Takes a simulated disc out.
+    ///
+    /// # Errors
+    /// [`NotDone`] if there is none.
+    pub fn remove(&mut self, id: DiscId) -> Result<(), NotDone> {
+        let k = self.find(Owner::Simulated, id).ok_or(NotDone::Unknown(id))?;
+        let gone = self.disc_now(k);
+        self.energy.book(-gone.kinetic_energy());
+        self.momentum.book_gone(&gone);
+        self.take_out(&[k]);
+        Ok(())
+    }
+
+    /// Puts a simulated disc somewhere else, with another velocity.
+    ///
+    /// # Errors
+    /// [`NotDone`]; nothing is changed then.
+    pub fn place(&mut self, id: DiscId, position: DVec2, velocity: DVec2) -> Result<(), NotDone> {
+        let k = self.find(Owner::Simulated, id).ok_or(NotDone::Unknown(id))?;
+        let before = self.disc_now(k);
+        let after = Disc { position, velocity, ..before };
+        may_stand(&after, self.laws.walls.as_ref())?;
+        self.is_clear_at(&after, Some(k))?;
+        self.laws.extreme_units |= is_extreme(&after);
+        self.put(k, &after);
+        self.energy.book(after.kinetic_energy() - before.kinetic_energy());
+        self.momentum.book_gone(&before);
+        self.momentum.book_come(&after);
+        self.near.discard();
+        Ok(())
+    }
+
+    /// Moves the walls, and brings discs inside.
+    ///
+    /// # Errors
+    /// [`NotDone`] if there are no walls, or no room within; nothing is changed then.
+    pub fn move_walls(&mut self, min: DVec2, max: DVec2) -> Result<(), NotDone> {
+        let simulated = |k: &usize| self.owners[*k] == Owner::Simulated;
+        let within: Vec<usize> = (0..self.ids.len()).filter(simulated).collect();
+        let widest = within.iter().map(|&k| self.radii[k]).fold(0.0, f64::max);
+        let walls = moved(self.laws.walls, (min, max), widest)?;
+        self.laws.walls = Some(walls);
+        for k in within {
+            let disc = self.disc_now(k);
+            let position = walls.inside(&disc);
+            if position != disc.position {
+                self.put(k, &Disc { position, ..disc });
+            }
+        }
+        self.near.discard();
+        Ok(())
+    }
+
+    fn is_clear_at(&self, disc: &Disc, but: Option<usize>) -> Result<(), NotDone> {
+        let others = (0..self.ids.len()).filter(|k| Some(*k) != but);
+        is_clear(disc, others.map(|k| self.disc_now(k)), self.laws.periodic)
+    }
+
+    fn take_out(&mut self, gone: &[usize]) {
         // From the last on; the others keep their order.
         for &k in gone.iter().rev() {
             self.starts.remove(k);

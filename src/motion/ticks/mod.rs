@@ -26,21 +26,20 @@ mod agenda;
 mod bodies;
 mod cells;
 mod contacts;
+mod edit;
 mod neighbours;
 mod predict;
-
-use std::collections::HashSet;
 
 use glam::DVec2;
 
 use super::energy::EnergyAccount;
 use super::momentum::MomentumAccount;
-use super::plain::{Laws, Stall, is_extreme};
+use super::plain::{Laws, Stall};
 use crate::detect::Pair;
 use crate::exact::{RunningSum, power_of_two_near};
-use crate::world::{Contact, Disc, DiscId, Owner, limits};
+use crate::world::{Contact, Disc, Owner, limits};
 use agenda::{Agenda, Event};
-use bodies::{Bodies, Body, Flight, Moment};
+use bodies::{Bodies, Body, Moment};
 use neighbours::Neighbours;
 use predict::Forecast;
 
@@ -206,50 +205,6 @@ impl Ticks {
             }
         }
         Ok(())
-    }
-
-    /// Gives a simulated disc, if it is there, a new velocity (m/s) from now on.
-    pub fn set_velocity(&mut self, id: DiscId, velocity: DVec2) {
-        let Some(k) = self.bodies.find(id, Owner::Simulated) else { return };
-        if self.bodies.flights[k].velocity == velocity {
-            return;
-        }
-        let before = self.bodies.move_to(k, self.present);
-        let after = Disc { velocity, ..before };
-        self.bodies.flights[k].velocity = velocity;
-        self.energy.book(after.kinetic_energy() - before.kinetic_energy());
-        self.momentum.book_change(before.mass, velocity);
-        self.momentum.book_change(before.mass, -before.velocity);
-        self.window_end = None;
-    }
-
-    /// Puts an observed disc where its owner says that it is, adding it if it is new.
-    pub fn observe(&mut self, disc: Disc) {
-        self.laws.extreme_units |= is_extreme(&disc);
-        self.window_end = None;
-        let Some(k) = self.bodies.find(disc.id, Owner::Observed) else {
-            self.bodies.add(&disc, Owner::Observed, self.present);
-            self.neighbours.discard();
-            return;
-        };
-        let flight = &mut self.bodies.flights[k];
-        let body = &mut self.bodies.bodies[k];
-        if (flight.radius, body.mass) != (disc.radius, disc.mass) {
-            self.neighbours.discard();
-        }
-        let Disc { position: start, velocity, radius, .. } = disc;
-        *flight = Flight { start, velocity, began: self.present, radius };
-        body.mass = disc.mass;
-    }
-
-    /// Takes observed discs out.
-    pub fn forget(&mut self, ids: &HashSet<DiscId>) {
-        let before = self.bodies.len();
-        self.bodies.retain(|body| body.is_simulated() || !ids.contains(&body.id));
-        if self.bodies.len() < before {
-            self.neighbours.discard();
-            self.window_end = None;
-        }
     }
 
     /// The time of a moment, s, rounded once.
