@@ -15,6 +15,7 @@ use std::ops::Range;
 
 use glam::DVec2;
 
+use super::lanes::USUAL_FOURS_MAX;
 use super::pages;
 
 use crate::world::Periodic;
@@ -24,6 +25,16 @@ const LINE_MAX: f64 = 60_000.0;
 
 /// In a cell: no disc.
 pub const EMPTY: u32 = u32::MAX;
+
+/// Discs that a cell shall hold in the mean.
+const DISCS_PER_CELL: f64 = 1.25;
+
+/// Width of cells, in diameters, in which there are at most four discs, and up to which width it is
+/// better to have such instead.
+const BEST_WITH_FOUR: (f64, f64) = (1.2, 1.5);
+
+/// Side of a square in which the centres of at most four discs lie, in diameters.
+const FOUR_IN_SQUARE: f64 = std::f64::consts::SQRT_2 * (1.0 - 1e-5);
 
 /// Most discs that a cell has room for.
 pub const ROOM_MAX: usize = 16;
@@ -94,6 +105,8 @@ pub struct Cells {
     row_edges: Vec<Edges>,
     /// Discs that a cell has room for.
     size: usize,
+    /// Fours of discs in nine of them, mostly.
+    usual_fours: usize,
     numbers: Vec<u32>,
     /// Discs beyond those that a cell holds.
     beyond: HashMap<usize, Vec<u32>>,
@@ -124,15 +137,14 @@ pub struct Needs {
 impl Cells {
     /// Empty cells.
     pub fn new(needs: &Needs) -> Self {
-        let (width, margin) = widths(needs);
+        let (width, mut margin) = widths(needs);
         let lines = lines(needs, width);
         let width = (needs.max - needs.min) / lines;
-        // Discs in a cell where they lie as close as they can, and in one of mean density.
-        let most = (width.x + 2.0 * margin + needs.diameter)
-            * (width.y + 2.0 * margin + needs.diameter)
-            / (0.75f64.sqrt() * needs.diameter * needs.diameter);
         let mean = needs.density * width.element_product();
-        let size = if most < 5.0 {
+        // Of five equal discs in a square two are nearer than its side over the root of two.
+        let for_four = 0.5 * (FOUR_IN_SQUARE * needs.diameter - width.max_element());
+        let size = if for_four >= 0.8 * margin && mean <= 1.3 {
+            margin = margin.min(for_four);
             4
         } else if mean <= 2.0 {
             8
@@ -166,9 +178,16 @@ impl Cells {
             column_edges: edges(needs.min.x, width.x, columns),
             row_edges: edges(needs.min.y, width.y, rows),
             size,
+            usual_fours: usual_fours(needs, width),
             numbers,
             beyond: HashMap::new(),
         }
+    }
+
+    /// Fours of discs that are mostly enough for the others around one.
+    #[inline(always)]
+    pub fn usual_fours(&self) -> usize {
+        self.usual_fours
     }
 
     /// Columns or rows, whichever are fewer.
@@ -193,10 +212,11 @@ impl Cells {
     /// Whether the cell is one of the outermost.
     #[inline(always)]
     pub fn is_outermost(&self, place: Place) -> bool {
-        place.column == 1
-            || place.row == 1
-            || place.column == self.columns
-            || place.row == self.rows
+        // Without branches: which it is cannot be foreseen.
+        (place.column == 1)
+            | (place.row == 1)
+            | (place.column == self.columns)
+            | (place.row == self.rows)
     }
 
     /// Where a disc of this cell has left it: lower and upper edges, the margin included.
@@ -354,6 +374,11 @@ impl Cells {
     }
 }
 
+fn usual_fours(needs: &Needs, width: DVec2) -> usize {
+    let others = 9.0 * needs.density * width.element_product() - 1.0;
+    ((0.25 * others).ceil() as usize).clamp(2, USUAL_FOURS_MAX)
+}
+
 /// Columns and rows of cells that are no narrower than that, m.
 fn lines(needs: &Needs, width: f64) -> DVec2 {
     ((needs.max - needs.min) / width).floor().clamp(DVec2::ONE, DVec2::splat(LINE_MAX))
@@ -373,18 +398,18 @@ fn edges(min: f64, width: f64, lines: u16, margin: f64, is_closed: bool) -> Vec<
     (0..=lines + 1).map(edges).collect()
 }
 
-/// Least width of a cell and margin, m: wide where changes of cells are frequent, narrow where
-/// contacts are (measured: `carom bench gas`).
+/// Least width of a cell and margin, m, as measured with `carom bench gas`: so wide that a cell
+/// holds a disc and a quarter, which trades discs that are looked at for changes of cells; but
+/// where that is close to a width at which no five discs fit into one, that.
 pub fn widths(needs: &Needs) -> (f64, f64) {
-    let fraction = needs.density * needs.diameter * needs.diameter * std::f64::consts::FRAC_PI_4;
-    // Discs per cell wanted, and the margin in diameters.
-    let mut margin = (0.26 - 0.38 * fraction).clamp(0.0, 0.2) * needs.diameter;
-    let mut roomy = (0.92 / needs.density).sqrt();
+    let mut width = (DISCS_PER_CELL / needs.density).sqrt();
+    if width < BEST_WITH_FOUR.1 * needs.diameter {
+        width = width.min(BEST_WITH_FOUR.0 * needs.diameter);
+    }
     if let Border::Periodic(periodic) = needs.border {
         // Five of them, or a disc could meet two images of another.
-        let most = periodic.size().min_element() / 5.0 * (1.0 - 1e-8);
-        margin = margin.min(0.5 * (most - needs.diameter)).max(0.0);
-        roomy = roomy.min(most);
+        width = width.min(periodic.size().min_element() / 5.0 * (1.0 - 1e-8));
     }
-    (roomy.max(needs.diameter * 1.0 + 2.0 * margin) * (1.0 + 1e-9), margin)
+    let width = width.max(needs.diameter);
+    (width * (1.0 + 1e-9), 0.5 * (width - needs.diameter))
 }

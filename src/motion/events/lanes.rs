@@ -34,7 +34,13 @@ pub struct Sight<'a> {
     pub wrap: Option<Wrap>,
     /// Meetings that follow the earliest within this time are at the same instant, s.
     pub instant: f64,
+    /// Fours of discs that are mostly enough for a block of nine cells: a loop that is mostly as
+    /// long is foreseen.
+    pub usual_fours: usize,
 }
+
+/// Most fours that are looked at though there are less discs.
+pub const USUAL_FOURS_MAX: usize = 3;
 
 impl Sight<'_> {
     /// The radius of who looks, or the sum of the radii where all are equal, m.
@@ -97,6 +103,9 @@ impl Meeting {
 
 /// How discs that are near and meetings with them are looked for.
 pub trait Unit {
+    /// Whether the arena is known to be [bare](Events::is_bare).
+    const BARE: bool;
+
     /// Names in `near` the discs of a block but for one.
     fn collect(numbers: &[u32], block: &Block, without: u32, near: &mut Near);
 
@@ -276,18 +285,22 @@ impl Lanes {
         until: f64,
         witness: &mut W,
     ) -> Result<(), Stall> {
-        match self.0 {
-            Kind::OneByOne => arena.advance_with::<OneByOne, W>(until, witness),
+        match (self.0, arena.is_bare()) {
+            (Kind::OneByOne, true) => arena.advance_with::<OneByOne<true>, W>(until, witness),
+            (Kind::OneByOne, false) => arena.advance_with::<OneByOne<false>, W>(until, witness),
             // SAFETY: the processor was asked for what the functions need.
             #[cfg(target_arch = "x86_64")]
-            Kind::Four => unsafe { vectors::advance(arena, until, witness) },
+            (Kind::Four, true) => unsafe { vectors::advance::<true, W>(arena, until, witness) },
+            // SAFETY: as above.
+            #[cfg(target_arch = "x86_64")]
+            (Kind::Four, false) => unsafe { vectors::advance::<false, W>(arena, until, witness) },
         }
     }
 
     /// Predicts these discs again, with it.
     pub fn renew_all(self, arena: &mut Events, discs: &[usize]) {
         match self.0 {
-            Kind::OneByOne => arena.renew_all::<OneByOne>(discs),
+            Kind::OneByOne => arena.renew_all::<OneByOne<false>>(discs),
             // SAFETY: the processor was asked for what the functions need.
             #[cfg(target_arch = "x86_64")]
             _ => unsafe { vectors::renew_all(arena, discs) },
@@ -296,9 +309,11 @@ impl Lanes {
 }
 
 /// One at a time, on every processor.
-pub struct OneByOne;
+pub struct OneByOne<const BARE: bool>;
 
-impl Unit for OneByOne {
+impl<const BARE: bool> Unit for OneByOne<BARE> {
+    const BARE: bool = BARE;
+
     fn collect(numbers: &[u32], block: &Block, without: u32, near: &mut Near) {
         near.clear();
         Self::gather(numbers, block, without, near);

@@ -405,6 +405,22 @@ impl Events {
         self.lanes = lanes;
     }
 
+    /// Whether it has nothing that makes more of it than a gas of equal discs; what comes from
+    /// outside may change that.
+    fn is_bare(&self) -> bool {
+        let built = Parts::that(|part| match part {
+            Part::Walls => self.laws.walls.is_some(),
+            Part::Masses => !self.masses.own().is_empty(),
+            Part::Radii => !self.radii.own().is_empty(),
+            Part::Restitution => self.lossy,
+            Part::ContactTime => !self.last.is_empty(),
+            Part::Gravity => self.fall.is_some(),
+            Part::Observed => self.guests,
+            _ => false,
+        });
+        self.levels.is_single() && built.among(Parts::besides_a_gas()) == Parts::NONE
+    }
+
     fn bring_up_to_date(&mut self) {
         if self.outdated {
             self.renew_all_cells();

@@ -9,9 +9,11 @@ use std::arch::x86_64::*;
 use super::*;
 
 /// Four at a time.
-struct Four;
+struct Four<const BARE: bool>;
 
-impl Unit for Four {
+impl<const BARE: bool> Unit for Four<BARE> {
+    const BARE: bool = BARE;
+
     #[inline(always)]
     fn collect(numbers: &[u32], block: &Block, without: u32, near: &mut Near) {
         // SAFETY: reached only through the functions below.
@@ -28,7 +30,7 @@ impl Unit for Four {
     fn earliest_gathered(sight: &Sight, disc: usize, near: &mut Near) -> Meeting {
         // SAFETY: reached only through the functions below.
         unsafe {
-            match (sight.wrap, sight.radii.is_empty()) {
+            match (sight.wrap, BARE || sight.radii.is_empty()) {
                 (None, true) => earliest_gathered::<false, true>(sight, disc, near),
                 (None, false) => earliest_gathered::<false, false>(sight, disc, near),
                 (Some(_), true) => earliest_gathered::<true, true>(sight, disc, near),
@@ -41,7 +43,7 @@ impl Unit for Four {
     fn earliest(sight: &Sight, block: &Block, disc: usize, near: &mut Near) -> Meeting {
         // SAFETY: reached only through the functions below.
         unsafe {
-            match (sight.wrap, sight.radii.is_empty()) {
+            match (sight.wrap, BARE || sight.radii.is_empty()) {
                 (None, true) => earliest::<false, true>(sight, block, disc, near),
                 (None, false) => earliest::<false, false>(sight, block, disc, near),
                 (Some(_), true) => earliest::<true, true>(sight, block, disc, near),
@@ -59,7 +61,7 @@ impl Unit for Four {
     ) -> [Meeting; 2] {
         // SAFETY: reached only through the functions below.
         unsafe {
-            match (sight.wrap, sight.radii.is_empty()) {
+            match (sight.wrap, BARE || sight.radii.is_empty()) {
                 (None, true) => earliest_of_two::<false, true>(sight, blocks, discs, near),
                 (None, false) => earliest_of_two::<false, false>(sight, blocks, discs, near),
                 (Some(_), true) => earliest_of_two::<true, true>(sight, blocks, discs, near),
@@ -83,48 +85,52 @@ impl Unit for Four {
     #[inline(always)]
     fn renew(arena: &mut Events, k: usize, noted: f64) {
         // SAFETY: reached only through the functions below.
-        unsafe { renew(arena, k, noted) }
+        unsafe { renew::<BARE>(arena, k, noted) }
     }
 
     #[inline(always)]
     fn renew_two(arena: &mut Events, i: usize, j: usize, noted: f64) {
         // SAFETY: reached only through the functions below.
-        unsafe { renew_two(arena, i, j, noted) }
+        unsafe { renew_two::<BARE>(arena, i, j, noted) }
     }
 
     #[inline(always)]
     fn next_day(arena: &mut Events) {
         // SAFETY: reached only through the functions below.
-        unsafe { next_day(arena) }
+        unsafe { next_day::<BARE>(arena) }
     }
 }
 
 #[target_feature(enable = "avx2,fma,popcnt,bmi1")]
-pub fn advance<W: Witness>(arena: &mut Events, until: f64, witness: &mut W) -> Result<(), Stall> {
-    arena.advance_with::<Four, W>(until, witness)
+pub fn advance<const BARE: bool, W: Witness>(
+    arena: &mut Events,
+    until: f64,
+    witness: &mut W,
+) -> Result<(), Stall> {
+    arena.advance_with::<Four<BARE>, W>(until, witness)
 }
 
 #[target_feature(enable = "avx2,fma,popcnt,bmi1")]
 pub fn renew_all(arena: &mut Events, discs: &[usize]) {
-    arena.renew_all::<Four>(discs);
+    arena.renew_all::<Four<false>>(discs);
 }
 
 #[target_feature(enable = "avx2,fma,popcnt,bmi1")]
 #[inline(never)]
-fn renew(arena: &mut Events, k: usize, noted: f64) {
-    arena.predict_again::<Four>(k, noted);
+fn renew<const BARE: bool>(arena: &mut Events, k: usize, noted: f64) {
+    arena.predict_again::<Four<BARE>>(k, noted);
 }
 
 #[target_feature(enable = "avx2,fma,popcnt,bmi1")]
 #[inline(never)]
-fn renew_two(arena: &mut Events, i: usize, j: usize, noted: f64) {
-    arena.predict_two_again::<Four>(i, j, noted);
+fn renew_two<const BARE: bool>(arena: &mut Events, i: usize, j: usize, noted: f64) {
+    arena.predict_two_again::<Four<BARE>>(i, j, noted);
 }
 
 #[target_feature(enable = "avx2,fma,popcnt,bmi1")]
 #[inline(never)]
-fn next_day(arena: &mut Events) {
-    arena.open_next_day::<Four>();
+fn next_day<const BARE: bool>(arena: &mut Events) {
+    arena.open_next_day::<Four<BARE>>();
 }
 
 /// The place of each is how many are larger: no branch is guessed wrongly.
@@ -207,6 +213,7 @@ struct Kept {
 fn collect(numbers: &[u32], block: &Block, without: u32, near: &mut Near) -> u32 {
     match block.width {
         12 => collect_rows::<3>(numbers, block, without, near, 0),
+        24 => collect_rows::<6>(numbers, block, without, near, 0),
         _ => collect_rows::<0>(numbers, block, without, near, 0),
     }
 }
@@ -318,7 +325,7 @@ fn earliest<const WRAP: bool, const EQUAL: bool>(
     near: &mut Near,
 ) -> Meeting {
     let largest = collect(sight.numbers, block, disc as u32, near);
-    let groups = near.count.div_ceil(4);
+    let groups = near.count.div_ceil(4).max(1);
     let best = note_times::<WRAP, EQUAL>(sight, disc, near, largest, groups);
     choose(best, near, groups, sight.instant)
 }
@@ -347,9 +354,9 @@ fn earliest_of_two<const WRAP: bool, const EQUAL: bool>(
 ) -> [Meeting; 2] {
     let largest_a = collect(sight.numbers, &blocks[0], discs[0] as u32, near_a);
     let largest_b = collect(sight.numbers, &blocks[1], discs[1] as u32, near_b);
-    // A loop that is mostly as long is foreseen: two fours are mostly enough.
-    let groups_a = near_a.count.div_ceil(4).max(2);
-    let groups_b = near_b.count.div_ceil(4).max(2);
+    let usual = sight.usual_fours.min(USUAL_FOURS_MAX);
+    let groups_a = near_a.count.div_ceil(4).max(usual);
+    let groups_b = near_b.count.div_ceil(4).max(usual);
     let best_a = note_times::<WRAP, EQUAL>(sight, discs[0], near_a, largest_a, groups_a);
     let best_b = note_times::<WRAP, EQUAL>(sight, discs[1], near_b, largest_b, groups_b);
     let a = choose(best_a, near_a, groups_a, sight.instant);
@@ -357,7 +364,7 @@ fn earliest_of_two<const WRAP: bool, const EQUAL: bool>(
 }
 
 /// Notes when the discs that are near, of which none is beyond the largest, are met; returns
-/// the earliest times of each lane. Two groups at least if there are less discs.
+/// the earliest times of each lane. There may be three groups though there are less discs.
 #[target_feature(enable = "avx2,fma")]
 #[inline]
 fn note_times<const WRAP: bool, const EQUAL: bool>(
@@ -369,7 +376,7 @@ fn note_times<const WRAP: bool, const EQUAL: bool>(
 ) -> __m256d {
     let (largest, count) = (largest as usize, near.count);
     let is_there = largest < sight.flights.len() && (EQUAL || largest < sight.radii.len());
-    assert!(is_there && count <= NEAR_MAX && groups <= (count + 8) / 4);
+    assert!(is_there && count <= NEAR_MAX && groups <= count / 4 + USUAL_FOURS_MAX);
     let own = &sight.flights[disc];
     let reach = if EQUAL { sight.reach } else { sight.radii[disc] };
     let looker = Looker {
@@ -382,13 +389,14 @@ fn note_times<const WRAP: bool, const EQUAL: bool>(
         now: _mm256_set1_pd(sight.now),
     };
     let mut best = _mm256_set1_pd(f64::INFINITY);
-    // SAFETY: there is room for two vectors and more behind the last disc, the discs are
+    // SAFETY: there is room for three vectors behind the last disc, the discs are
     // there, and who looks fills the groups, as nobody meets itself.
     unsafe {
         let filling = _mm_set1_epi32(disc as i32);
         let (discs, times) = (near.discs.as_mut_ptr(), near.times.as_mut_ptr());
         _mm_storeu_si128(discs.add(count).cast(), filling);
         _mm_storeu_si128(discs.add(count + 4).cast(), filling);
+        _mm_storeu_si128(discs.add(count + 8).cast(), filling);
         for group in 0..groups {
             let time = meetings::<WRAP, EQUAL>(&looker, sight, &*discs.add(4 * group).cast());
             best = _mm256_min_pd(best, time);
