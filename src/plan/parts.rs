@@ -12,7 +12,7 @@ use crate::motion::plain::{Laws, is_extreme};
 use crate::world::{Disc, Walls};
 
 /// From so many discs on, memory is slower than looking ahead.
-const AHEAD_FROM: usize = 30_000;
+pub const AHEAD_FROM: usize = 30_000;
 
 /// What an arena may do without, or is said to be always there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -15,7 +15,6 @@ use std::ops::Range;
 
 use glam::DVec2;
 
-use super::lanes::USUAL_FOURS_MAX;
 use super::pages;
 
 use crate::world::Periodic;
@@ -105,8 +104,6 @@ pub struct Cells {
     row_edges: Vec<Edges>,
     /// Discs that a cell has room for.
     size: usize,
-    /// Fours of discs in nine of them, mostly.
-    usual_fours: usize,
     numbers: Vec<u32>,
     /// Discs beyond those that a cell holds.
     beyond: HashMap<usize, Vec<u32>>,
@@ -178,16 +175,9 @@ impl Cells {
             column_edges: edges(needs.min.x, width.x, columns),
             row_edges: edges(needs.min.y, width.y, rows),
             size,
-            usual_fours: usual_fours(needs, width),
             numbers,
             beyond: HashMap::new(),
         }
-    }
-
-    /// Fours of discs that are mostly enough for the others around one.
-    #[inline(always)]
-    pub fn usual_fours(&self) -> usize {
-        self.usual_fours
     }
 
     /// Columns or rows, whichever are fewer.
@@ -229,23 +219,18 @@ impl Cells {
 
     /// The next cell along an axis and what that adds to the position; `None` where the grid ends.
     pub fn neighbour(&self, place: Place, along_x: bool, up: bool) -> Option<(Place, DVec2)> {
-        let (line, lines) =
-            if along_x { (place.column, self.columns) } else { (place.row, self.rows) };
-        let next = if up { line + 1 } else { line - 1 };
-        let inside = (1..=lines).contains(&next);
-        let to = if inside {
-            next
-        } else if up {
-            1
-        } else {
-            lines
-        };
-        let moved =
-            if along_x { Place { column: to, ..place } } else { Place { row: to, ..place } };
-        if inside {
-            return Some((moved, DVec2::ZERO));
+        // Without branches: which way it goes cannot be foreseen.
+        let step = u16::from(up).wrapping_mul(2).wrapping_sub(1);
+        let column = place.column.wrapping_add(step.wrapping_mul(u16::from(along_x)));
+        let row = place.row.wrapping_add(step.wrapping_mul(u16::from(!along_x)));
+        let lies_within =
+            (column.wrapping_sub(1) < self.columns) & (row.wrapping_sub(1) < self.rows);
+        if lies_within {
+            return Some((Place { column, row }, DVec2::ZERO));
         }
         let Border::Periodic(periodic) = self.border else { return None };
+        let around = |line: u16, lines: u16| if line == 0 { lines } else { (line - 1) % lines + 1 };
+        let moved = Place { column: around(column, self.columns), row: around(row, self.rows) };
         let box_size = periodic.size() * if up { -1.0 } else { 1.0 };
         let shift = if along_x { DVec2::new(box_size.x, 0.0) } else { DVec2::new(0.0, box_size.y) };
         Some((moved, shift))
@@ -274,13 +259,12 @@ impl Cells {
     #[inline(always)]
     pub fn ahead(&self, place: Place, along_x: bool, up: bool) -> Block {
         let (stride, size) = (self.row_stride(), self.size);
-        let step = if along_x { size } else { stride };
+        // From it to the next, and between the three: one by one either way, so that what looks at
+        // them does the same.
+        let (step, stride) = if along_x { (size, stride) } else { (stride, size) };
         let middle = self.start(place);
         let next = if up { middle + step } else { middle - step };
-        if along_x {
-            return Block { start: next - stride, stride, width: size, rows: 3 };
-        }
-        Block { start: next - size, stride, width: 3 * size, rows: 1 }
+        Block { start: next - stride, stride, width: size, rows: 3 }
     }
 
     /// Whether some cell holds more than it has room for.
@@ -349,7 +333,7 @@ impl Cells {
 
     fn add_at(&mut self, start: usize, disc: u32) {
         let cell = &mut self.numbers[start..start + self.size];
-        match cell.iter_mut().find(|held| **held == EMPTY) {
+        match cell.get_mut(first_place(cell, EMPTY)) {
             Some(room) => *room = disc,
             None => self.beyond.entry(start).or_default().push(disc),
         }
@@ -357,7 +341,7 @@ impl Cells {
 
     fn remove_at(&mut self, start: usize, disc: u32) {
         let cell = &mut self.numbers[start..start + self.size];
-        let at = cell.iter_mut().find(|held| **held == disc);
+        let at = cell.get_mut(first_place(cell, disc));
         if self.beyond.is_empty() {
             return at.into_iter().for_each(|held| *held = EMPTY);
         }
@@ -374,9 +358,15 @@ impl Cells {
     }
 }
 
-fn usual_fours(needs: &Needs, width: DVec2) -> usize {
-    let others = 9.0 * needs.density * width.element_product() - 1.0;
-    ((0.25 * others).ceil() as usize).clamp(2, USUAL_FOURS_MAX)
+/// Where a number stands first, without a branch, for that cannot be foreseen; beyond all if it
+/// does not.
+#[inline(always)]
+fn first_place(cell: &[u32], number: u32) -> usize {
+    let found = cell.as_chunks::<4>().0.iter().rev().fold(0u32, |found, four| {
+        let is = |at: usize| u32::from(four[at] == number) << at;
+        (found << 4) | is(0) | is(1) | is(2) | is(3)
+    });
+    found.trailing_zeros() as usize
 }
 
 /// Columns and rows of cells that are no narrower than that, m.

@@ -41,6 +41,16 @@ impl Events {
         // The partner expects the same contact: its entry comes next to this one.
         let latest = self.calendar.latest(self.now + self.same_instant);
         let open = self.calendar.open();
+        let is_other = |entry: u64| {
+            let disc = self.calendar.disc(entry);
+            (entry <= latest) & (disc != partner) & (disc != k)
+        };
+        // Without branches: whether the partner's entry is there cannot be foreseen.
+        if let [.., c, b, a] = *open
+            && !(is_other(a) | is_other(b) | is_other(c))
+        {
+            return false;
+        }
         for &entry in open.iter().rev().take(3) {
             if entry > latest {
                 return false;

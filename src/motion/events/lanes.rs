@@ -34,13 +34,7 @@ pub struct Sight<'a> {
     pub wrap: Option<Wrap>,
     /// Meetings that follow the earliest within this time are at the same instant, s.
     pub instant: f64,
-    /// Fours of discs that are mostly enough for a block of nine cells: a loop that is mostly as
-    /// long is foreseen.
-    pub usual_fours: usize,
 }
-
-/// Most fours that are looked at though there are less discs.
-pub const USUAL_FOURS_MAX: usize = 3;
 
 impl Sight<'_> {
     /// The radius of who looks, or the sum of the radii where all are equal, m.

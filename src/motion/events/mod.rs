@@ -41,7 +41,7 @@ use super::energy::EnergyAccount;
 use super::plain::{Laws, Stall};
 use super::{Nobody, Witness};
 use crate::exact::{RunningSum, UNIT_ROUNDOFF, power_of_two_near};
-use crate::plan::parts::{Part, Parts};
+use crate::plan::parts::{AHEAD_FROM, Part, Parts};
 use crate::world::{Contact, Disc, DiscId, Owner, Walls, limits};
 use calendar::Calendar;
 use cells::{Border, Cells, Needs, Place};
@@ -638,10 +638,10 @@ impl Events {
     }
 }
 
-/// Entries of a day when it comes: few enough to sort in the first cache, so many that one can look
-/// ahead.
+/// Entries of a day when it comes: few enough to sort by counting; where one looks ahead so many
+/// that one can, and few enough to sort in the first cache.
 fn entries_per_day(discs: usize) -> f64 {
-    (discs as f64 / 32.0).clamp(16.0, 1024.0)
+    (discs as f64 / 32.0).clamp(16.0, if discs < AHEAD_FROM { 24.0 } else { 1024.0 })
 }
 
 fn days_of(discs: usize) -> usize {

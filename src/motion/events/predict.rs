@@ -24,7 +24,6 @@ macro_rules! sight {
             now: $arena.now,
             wrap: if $beyond_border || $arena.wrap_inside { $arena.wrap } else { None },
             instant: $arena.same_instant,
-            usual_fours: $arena.cells.usual_fours(),
         }
     };
 }

@@ -354,9 +354,9 @@ fn earliest_of_two<const WRAP: bool, const EQUAL: bool>(
 ) -> [Meeting; 2] {
     let largest_a = collect(sight.numbers, &blocks[0], discs[0] as u32, near_a);
     let largest_b = collect(sight.numbers, &blocks[1], discs[1] as u32, near_b);
-    let usual = sight.usual_fours.min(USUAL_FOURS_MAX);
-    let groups_a = near_a.count.div_ceil(4).max(usual);
-    let groups_b = near_b.count.div_ceil(4).max(usual);
+    // A loop that is mostly as long is foreseen: two fours are mostly enough.
+    let groups_a = near_a.count.div_ceil(4).max(2);
+    let groups_b = near_b.count.div_ceil(4).max(2);
     let best_a = note_times::<WRAP, EQUAL>(sight, discs[0], near_a, largest_a, groups_a);
     let best_b = note_times::<WRAP, EQUAL>(sight, discs[1], near_b, largest_b, groups_b);
     let a = choose(best_a, near_a, groups_a, sight.instant);
@@ -364,7 +364,7 @@ fn earliest_of_two<const WRAP: bool, const EQUAL: bool>(
 }
 
 /// Notes when the discs that are near, of which none is beyond the largest, are met; returns
-/// the earliest times of each lane. There may be three groups though there are less discs.
+/// the earliest times of each lane. Two groups at least if there are less discs.
 #[target_feature(enable = "avx2,fma")]
 #[inline]
 fn note_times<const WRAP: bool, const EQUAL: bool>(
@@ -376,7 +376,7 @@ fn note_times<const WRAP: bool, const EQUAL: bool>(
 ) -> __m256d {
     let (largest, count) = (largest as usize, near.count);
     let is_there = largest < sight.flights.len() && (EQUAL || largest < sight.radii.len());
-    assert!(is_there && count <= NEAR_MAX && groups <= count / 4 + USUAL_FOURS_MAX);
+    assert!(is_there && count <= NEAR_MAX && groups <= (count + 8) / 4);
     let own = &sight.flights[disc];
     let reach = if EQUAL { sight.reach } else { sight.radii[disc] };
     let looker = Looker {
@@ -389,14 +389,13 @@ fn note_times<const WRAP: bool, const EQUAL: bool>(
         now: _mm256_set1_pd(sight.now),
     };
     let mut best = _mm256_set1_pd(f64::INFINITY);
-    // SAFETY: there is room for three vectors behind the last disc, the discs are
+    // SAFETY: there is room for two vectors and more behind the last disc, the discs are
     // there, and who looks fills the groups, as nobody meets itself.
     unsafe {
         let filling = _mm_set1_epi32(disc as i32);
         let (discs, times) = (near.discs.as_mut_ptr(), near.times.as_mut_ptr());
         _mm_storeu_si128(discs.add(count).cast(), filling);
         _mm_storeu_si128(discs.add(count + 4).cast(), filling);
-        _mm_storeu_si128(discs.add(count + 8).cast(), filling);
         for group in 0..groups {
             let time = meetings::<WRAP, EQUAL>(&looker, sight, &*discs.add(4 * group).cast());
             best = _mm256_min_pd(best, time);
