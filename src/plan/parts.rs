@@ -12,7 +12,7 @@ use crate::motion::plain::{Laws, is_extreme};
 use crate::world::{Disc, Walls};
 
 /// From so many discs on, memory is slower than looking ahead.
-const AHEAD_FROM: usize = 30_000;
+pub const AHEAD_FROM: usize = 30_000;
 
 /// What an arena may do without, or is said to be always there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -172,6 +172,16 @@ impl Parts {
     /// All of them.
     pub const ALL: Self = Self(u32::MAX);
 
+    /// What a gas of equal discs that nobody disturbs has none of: the event-driven method has code
+    /// of its own for that, in which not even the questions are left.
+    pub fn besides_a_gas() -> Self {
+        Self::that(|part| {
+            use Part::{ContactTime, Gravity, Masses, Observed, Radii, Restitution, Walls};
+            let quiet = matches!(part, Walls | Restitution | ContactTime | Gravity | Observed);
+            quiet || matches!(part, Masses | Radii)
+        })
+    }
+
     /// Only this one.
     pub fn only(part: Part) -> Self {
         Self(1 << part as u8)
@@ -189,7 +199,7 @@ impl Parts {
     }
 
     /// Those that this is true of.
-    fn that(is: impl Fn(Part) -> bool) -> Self {
+    pub fn that(is: impl Fn(Part) -> bool) -> Self {
         let parts = Part::ALL.into_iter().filter(|part| is(*part));
         parts.map(Self::only).fold(Self::NONE, Self::and)
     }

@@ -201,12 +201,15 @@ pub struct Fraction {
 }
 
 impl MassFractions {
+    /// Of equal masses.
+    pub const EQUAL: Self = Self { a: Fraction::HALF, b: Fraction::HALF };
+
     /// Of two masses above 0, of which at most one is infinite.
     #[inline]
     pub fn of(mass_a: f64, mass_b: f64) -> Self {
         let whole = |hi| Fraction { hi, lo: 0.0 };
         if mass_a == mass_b {
-            return Self { a: Fraction::HALF, b: Fraction::HALF };
+            return Self::EQUAL;
         }
         if mass_a.is_infinite() || mass_b.is_infinite() {
             let b_moves = f64::from(u8::from(mass_a.is_infinite()));

@@ -81,7 +81,7 @@ fn agrees_with_the_plain_method_in_a_periodic_box_with_a_disc_too_large_for_cell
         let (settings, discs) = mixture(seed, 300, 30.0, false);
         assert_levels(&settings, &discs);
         assert!(Events::suits(&laws(&settings, &discs), &discs));
-        check("periodic", &settings, &discs, 15.0);
+        check("periodic", &settings, &discs, 12.0);
     }
 }
 

@@ -25,6 +25,16 @@ const LINE_MAX: f64 = 60_000.0;
 /// In a cell: no disc.
 pub const EMPTY: u32 = u32::MAX;
 
+/// Discs that a cell shall hold in the mean.
+const DISCS_PER_CELL: f64 = 1.25;
+
+/// Width of cells, in diameters, in which there are at most four discs, and up to which width it is
+/// better to have such instead.
+const BEST_WITH_FOUR: (f64, f64) = (1.2, 1.5);
+
+/// Side of a square in which the centres of at most four discs lie, in diameters.
+const FOUR_IN_SQUARE: f64 = std::f64::consts::SQRT_2 * (1.0 - 1e-5);
+
 /// Most discs that a cell has room for.
 pub const ROOM_MAX: usize = 16;
 
@@ -124,15 +134,14 @@ pub struct Needs {
 impl Cells {
     /// Empty cells.
     pub fn new(needs: &Needs) -> Self {
-        let (width, margin) = widths(needs);
+        let (width, mut margin) = widths(needs);
         let lines = lines(needs, width);
         let width = (needs.max - needs.min) / lines;
-        // Discs in a cell where they lie as close as they can, and in one of mean density.
-        let most = (width.x + 2.0 * margin + needs.diameter)
-            * (width.y + 2.0 * margin + needs.diameter)
-            / (0.75f64.sqrt() * needs.diameter * needs.diameter);
         let mean = needs.density * width.element_product();
-        let size = if most < 5.0 {
+        // Of five equal discs in a square two are nearer than its side over the root of two.
+        let for_four = 0.5 * (FOUR_IN_SQUARE * needs.diameter - width.max_element());
+        let size = if for_four >= 0.8 * margin && mean <= 1.3 {
+            margin = margin.min(for_four);
             4
         } else if mean <= 2.0 {
             8
@@ -193,10 +202,11 @@ impl Cells {
     /// Whether the cell is one of the outermost.
     #[inline(always)]
     pub fn is_outermost(&self, place: Place) -> bool {
-        place.column == 1
-            || place.row == 1
-            || place.column == self.columns
-            || place.row == self.rows
+        // Without branches: which it is cannot be foreseen.
+        (place.column == 1)
+            | (place.row == 1)
+            | (place.column == self.columns)
+            | (place.row == self.rows)
     }
 
     /// Where a disc of this cell has left it: lower and upper edges, the margin included.
@@ -209,23 +219,18 @@ impl Cells {
 
     /// The next cell along an axis and what that adds to the position; `None` where the grid ends.
     pub fn neighbour(&self, place: Place, along_x: bool, up: bool) -> Option<(Place, DVec2)> {
-        let (line, lines) =
-            if along_x { (place.column, self.columns) } else { (place.row, self.rows) };
-        let next = if up { line + 1 } else { line - 1 };
-        let inside = (1..=lines).contains(&next);
-        let to = if inside {
-            next
-        } else if up {
-            1
-        } else {
-            lines
-        };
-        let moved =
-            if along_x { Place { column: to, ..place } } else { Place { row: to, ..place } };
-        if inside {
-            return Some((moved, DVec2::ZERO));
+        // Without branches: which way it goes cannot be foreseen.
+        let step = u16::from(up).wrapping_mul(2).wrapping_sub(1);
+        let column = place.column.wrapping_add(step.wrapping_mul(u16::from(along_x)));
+        let row = place.row.wrapping_add(step.wrapping_mul(u16::from(!along_x)));
+        let lies_within =
+            (column.wrapping_sub(1) < self.columns) & (row.wrapping_sub(1) < self.rows);
+        if lies_within {
+            return Some((Place { column, row }, DVec2::ZERO));
         }
         let Border::Periodic(periodic) = self.border else { return None };
+        let around = |line: u16, lines: u16| if line == 0 { lines } else { (line - 1) % lines + 1 };
+        let moved = Place { column: around(column, self.columns), row: around(row, self.rows) };
         let box_size = periodic.size() * if up { -1.0 } else { 1.0 };
         let shift = if along_x { DVec2::new(box_size.x, 0.0) } else { DVec2::new(0.0, box_size.y) };
         Some((moved, shift))
@@ -254,13 +259,12 @@ impl Cells {
     #[inline(always)]
     pub fn ahead(&self, place: Place, along_x: bool, up: bool) -> Block {
         let (stride, size) = (self.row_stride(), self.size);
-        let step = if along_x { size } else { stride };
+        // From it to the next, and between the three: one by one either way, so that what looks at
+        // them does the same.
+        let (step, stride) = if along_x { (size, stride) } else { (stride, size) };
         let middle = self.start(place);
         let next = if up { middle + step } else { middle - step };
-        if along_x {
-            return Block { start: next - stride, stride, width: size, rows: 3 };
-        }
-        Block { start: next - size, stride, width: 3 * size, rows: 1 }
+        Block { start: next - stride, stride, width: size, rows: 3 }
     }
 
     /// Whether some cell holds more than it has room for.
@@ -329,7 +333,7 @@ impl Cells {
 
     fn add_at(&mut self, start: usize, disc: u32) {
         let cell = &mut self.numbers[start..start + self.size];
-        match cell.iter_mut().find(|held| **held == EMPTY) {
+        match cell.get_mut(first_place(cell, EMPTY)) {
             Some(room) => *room = disc,
             None => self.beyond.entry(start).or_default().push(disc),
         }
@@ -337,7 +341,7 @@ impl Cells {
 
     fn remove_at(&mut self, start: usize, disc: u32) {
         let cell = &mut self.numbers[start..start + self.size];
-        let at = cell.iter_mut().find(|held| **held == disc);
+        let at = cell.get_mut(first_place(cell, disc));
         if self.beyond.is_empty() {
             return at.into_iter().for_each(|held| *held = EMPTY);
         }
@@ -352,6 +356,17 @@ impl Cells {
             self.beyond.remove(&start);
         }
     }
+}
+
+/// Where a number stands first, without a branch, for that cannot be foreseen; beyond all if it
+/// does not.
+#[inline(always)]
+fn first_place(cell: &[u32], number: u32) -> usize {
+    let found = cell.as_chunks::<4>().0.iter().rev().fold(0u32, |found, four| {
+        let is = |at: usize| u32::from(four[at] == number) << at;
+        (found << 4) | is(0) | is(1) | is(2) | is(3)
+    });
+    found.trailing_zeros() as usize
 }
 
 /// Columns and rows of cells that are no narrower than that, m.
@@ -373,18 +388,18 @@ fn edges(min: f64, width: f64, lines: u16, margin: f64, is_closed: bool) -> Vec<
     (0..=lines + 1).map(edges).collect()
 }
 
-/// Least width of a cell and margin, m: wide where changes of cells are frequent, narrow where
-/// contacts are (measured: `carom bench gas`).
+/// Least width of a cell and margin, m, as measured with `carom bench gas`: so wide that a cell
+/// holds a disc and a quarter, which trades discs that are looked at for changes of cells; but
+/// where that is close to a width at which no five discs fit into one, that.
 pub fn widths(needs: &Needs) -> (f64, f64) {
-    let fraction = needs.density * needs.diameter * needs.diameter * std::f64::consts::FRAC_PI_4;
-    // Discs per cell wanted, and the margin in diameters.
-    let mut margin = (0.26 - 0.38 * fraction).clamp(0.0, 0.2) * needs.diameter;
-    let mut roomy = (0.92 / needs.density).sqrt();
+    let mut width = (DISCS_PER_CELL / needs.density).sqrt();
+    if width < BEST_WITH_FOUR.1 * needs.diameter {
+        width = width.min(BEST_WITH_FOUR.0 * needs.diameter);
+    }
     if let Border::Periodic(periodic) = needs.border {
         // Five of them, or a disc could meet two images of another.
-        let most = periodic.size().min_element() / 5.0 * (1.0 - 1e-8);
-        margin = margin.min(0.5 * (most - needs.diameter)).max(0.0);
-        roomy = roomy.min(most);
+        width = width.min(periodic.size().min_element() / 5.0 * (1.0 - 1e-8));
     }
-    (roomy.max(needs.diameter * 1.0 + 2.0 * margin) * (1.0 + 1e-9), margin)
+    let width = width.max(needs.diameter);
+    (width * (1.0 + 1e-9), 0.5 * (width - needs.diameter))
 }

@@ -24,7 +24,7 @@ impl Events {
     #[inline(always)]
     pub(super) fn meet<U: Unit>(&mut self, k: usize, due: Due, witness: &mut impl Witness) {
         let met = due.met();
-        if met >= WALL as usize {
+        if !U::BARE && met >= WALL as usize {
             self.bounce_off::<U>(k, SIDES[met & 3], witness);
         } else if self.is_stale(&due) {
             U::renew(self, k, f64::NAN);
@@ -41,6 +41,16 @@ impl Events {
         // The partner expects the same contact: its entry comes next to this one.
         let latest = self.calendar.latest(self.now + self.same_instant);
         let open = self.calendar.open();
+        let is_other = |entry: u64| {
+            let disc = self.calendar.disc(entry);
+            (entry <= latest) & (disc != partner) & (disc != k)
+        };
+        // Without branches: whether the partner's entry is there cannot be foreseen.
+        if let [.., c, b, a] = *open
+            && !(is_other(a) | is_other(b) | is_other(c))
+        {
+            return false;
+        }
         for &entry in open.iter().rev().take(3) {
             if entry > latest {
                 return false;
@@ -57,9 +67,15 @@ impl Events {
     /// Position of the second of two discs seen from the first, m.
     #[inline(always)]
     pub(super) fn offset(&self, i: usize, j: usize) -> DVec2 {
+        self.offset_under(i, j, self.pull_between(i, j))
+    }
+
+    /// The same of two between which there is this acceleration, m/s^2.
+    #[inline(always)]
+    fn offset_under(&self, i: usize, j: usize, pull: Option<DVec2>) -> DVec2 {
         let (a, b) = (&self.flights[i], &self.flights[j]);
         let mut d = (b.start() - a.start()) + (b.velocity() - a.velocity()) * self.now;
-        if let Some(pull) = self.pull_between(i, j) {
+        if let Some(pull) = pull {
             d += pull * (0.5 * self.now * self.now);
         }
         self.wrap.map_or(d, |wrap| wrap.nearest(d))
@@ -80,17 +96,16 @@ impl Events {
 
     #[inline(always)]
     pub(super) fn collide<U: Unit>(&mut self, i: usize, j: usize, witness: &mut impl Witness) {
-        let d = self.offset(i, j);
+        let pull = if U::BARE { None } else { self.pull_between(i, j) };
+        let d = self.offset_under(i, j, pull);
         // Of two that fall alike without what both have gained.
-        let velocities = if self.pull_between(i, j).is_some() {
+        let velocities = if pull.is_some() {
             (self.velocity(i), self.velocity(j))
         } else {
             (self.flights[i].velocity(), self.flights[j].velocity())
         };
-        let restitution = self.restitution(self.laws.restitution, &[i, j]);
-        let share = MassFractions::of(self.masses.get(i), self.masses.get(j));
-        let exchange = exchange(d, velocities, restitution, &share, !self.lossy);
-        let reach = self.radii.get(i) + self.radii.get(j);
+        let (restitution, share, reach) = self.pair_law::<U>(i, j);
+        let exchange = exchange(d, velocities, restitution, &share, U::BARE || !self.lossy);
         let excess = exchange.square - reach * reach;
         // Grazing to rounding, moved from outside, or without a normal.
         if exchange.along >= 0.0 || excess > OUT_OF_TOUCH * exchange.square {
@@ -99,20 +114,31 @@ impl Events {
         if exchange.square < 1e-6 * reach * reach {
             return self.collide_together::<U>(i, j, witness);
         }
-        self.note_distance(i, j, excess);
-        if self.lossy || self.guests {
+        self.note_distance::<U>(i, j, excess);
+        if !U::BARE && (self.lossy || self.guests) {
             self.book(i, j, &exchange, restitution);
         }
         witness.see(|| self.record(i, j, d, &exchange, restitution));
         U::deflect(&mut self.flights[i], self.now, exchange.by_a);
         U::deflect(&mut self.flights[j], self.now, exchange.by_b);
-        if self.fall.is_some() {
+        if !U::BARE && self.fall.is_some() {
             self.settle(i);
             self.settle(j);
         }
-        self.note_contacts(&[i, j], 1);
+        self.note_contacts::<U>(&[i, j], 1);
         let noted = self.dues[j].time();
         U::renew_two(self, i, j, noted);
+    }
+
+    /// What the law needs to know of two discs: restitution, shares, and distance at contact, m.
+    #[inline(always)]
+    fn pair_law<U: Unit>(&self, i: usize, j: usize) -> (f64, MassFractions, f64) {
+        if U::BARE {
+            return (1.0, MassFractions::EQUAL, self.reach);
+        }
+        let share = MassFractions::of(self.masses.get(i), self.masses.get(j));
+        let restitution = self.restitution(self.laws.restitution, &[i, j]);
+        (restitution, share, self.radii.get(i) + self.radii.get(j))
     }
 
     /// The record of a contact.
@@ -151,13 +177,15 @@ impl Events {
     }
 
     #[inline(always)]
-    fn note_distance(&mut self, i: usize, j: usize, excess: f64) {
-        if self.guests && (self.is_guest(i) || self.is_guest(j)) {
+    fn note_distance<U: Unit>(&mut self, i: usize, j: usize, excess: f64) {
+        if !U::BARE && self.guests && (self.is_guest(i) || self.is_guest(j)) {
             return;
         }
         let excess = match &self.radii {
-            Each::Same(_) => excess,
-            Each::Own(radii) => excess / ((radii[i] + radii[j]) * radii[i].min(radii[j])),
+            Each::Own(radii) if !U::BARE => {
+                excess / ((radii[i] + radii[j]) * radii[i].min(radii[j]))
+            }
+            _ => excess,
         };
         self.excess.0 = if excess < self.excess.0 { excess } else { self.excess.0 };
         self.excess.1 = if excess > self.excess.1 { excess } else { self.excess.1 };
@@ -205,7 +233,7 @@ impl Events {
             self.flights[k].turn(self.now, hit.velocity);
             self.energy.book(-hit.energy_loss);
             self.momentum.book(side.normal() * -hit.impulse);
-            self.note_contacts(&[k], 1);
+            self.note_contacts::<U>(&[k], 1);
             witness.see(|| wall_contact(&disc, side, &walls, &hit, self.now()));
         }
         U::renew(self, k, f64::NAN);
@@ -226,9 +254,9 @@ impl Events {
     }
 
     #[inline(always)]
-    pub(super) fn note_contacts(&mut self, discs: &[usize], count: usize) {
+    pub(super) fn note_contacts<U: Unit>(&mut self, discs: &[usize], count: usize) {
         self.contacts += count as u64;
-        if self.last.is_empty() {
+        if U::BARE || self.last.is_empty() {
             return;
         }
         for &k in discs {

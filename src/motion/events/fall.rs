@@ -311,7 +311,7 @@ impl Events {
             self.energy.book(-hit.energy_loss);
             self.momentum.book(side.normal() * -hit.impulse);
             self.set_state(k, disc.position, hit.velocity);
-            self.note_contacts(&[k], 1);
+            self.note_contacts::<U>(&[k], 1);
             witness.see(|| wall_contact(&disc, side, &walls, &hit, self.now()));
         } else if presses {
             self.lay_down(k, side, &disc);

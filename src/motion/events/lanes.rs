@@ -97,6 +97,9 @@ impl Meeting {
 
 /// How discs that are near and meetings with them are looked for.
 pub trait Unit {
+    /// Whether the arena is known to be [bare](Events::is_bare).
+    const BARE: bool;
+
     /// Names in `near` the discs of a block but for one.
     fn collect(numbers: &[u32], block: &Block, without: u32, near: &mut Near);
 
@@ -276,18 +279,22 @@ impl Lanes {
         until: f64,
         witness: &mut W,
     ) -> Result<(), Stall> {
-        match self.0 {
-            Kind::OneByOne => arena.advance_with::<OneByOne, W>(until, witness),
+        match (self.0, arena.is_bare()) {
+            (Kind::OneByOne, true) => arena.advance_with::<OneByOne<true>, W>(until, witness),
+            (Kind::OneByOne, false) => arena.advance_with::<OneByOne<false>, W>(until, witness),
             // SAFETY: the processor was asked for what the functions need.
             #[cfg(target_arch = "x86_64")]
-            Kind::Four => unsafe { vectors::advance(arena, until, witness) },
+            (Kind::Four, true) => unsafe { vectors::advance::<true, W>(arena, until, witness) },
+            // SAFETY: as above.
+            #[cfg(target_arch = "x86_64")]
+            (Kind::Four, false) => unsafe { vectors::advance::<false, W>(arena, until, witness) },
         }
     }
 
     /// Predicts these discs again, with it.
     pub fn renew_all(self, arena: &mut Events, discs: &[usize]) {
         match self.0 {
-            Kind::OneByOne => arena.renew_all::<OneByOne>(discs),
+            Kind::OneByOne => arena.renew_all::<OneByOne<false>>(discs),
             // SAFETY: the processor was asked for what the functions need.
             #[cfg(target_arch = "x86_64")]
             _ => unsafe { vectors::renew_all(arena, discs) },
@@ -296,9 +303,11 @@ impl Lanes {
 }
 
 /// One at a time, on every processor.
-pub struct OneByOne;
+pub struct OneByOne<const BARE: bool>;
 
-impl Unit for OneByOne {
+impl<const BARE: bool> Unit for OneByOne<BARE> {
+    const BARE: bool = BARE;
+
     fn collect(numbers: &[u32], block: &Block, without: u32, near: &mut Near) {
         near.clear();
         Self::gather(numbers, block, without, near);

@@ -30,7 +30,7 @@ use crate::world::Disc;
 const CROWDED: f64 = 4.0;
 
 /// Most discs wanted in one of the finest cells.
-const FINEST: f64 = 1.25;
+const FINEST: f64 = 1.2501;
 
 /// Width of cells over that of the next finer level, at most where sizes are in between.
 const FACTOR: f64 = 2.5;

@@ -42,7 +42,7 @@ use super::momentum::MomentumAccount;
 use super::plain::{Laws, Stall};
 use super::{Nobody, Witness};
 use crate::exact::{RunningSum, UNIT_ROUNDOFF, power_of_two_near};
-use crate::plan::parts::{Part, Parts};
+use crate::plan::parts::{AHEAD_FROM, Part, Parts};
 use crate::world::{Contact, Disc, DiscId, Owner, Walls, limits};
 use calendar::Calendar;
 use cells::{Border, Cells, Needs, Place};
@@ -427,6 +427,22 @@ impl Events {
         self.lanes = lanes;
     }
 
+    /// Whether it has nothing that makes more of it than a gas of equal discs; what comes from
+    /// outside may change that.
+    fn is_bare(&self) -> bool {
+        let built = Parts::that(|part| match part {
+            Part::Walls => self.laws.walls.is_some(),
+            Part::Masses => !self.masses.own().is_empty(),
+            Part::Radii => !self.radii.own().is_empty(),
+            Part::Restitution => self.lossy,
+            Part::ContactTime => !self.last.is_empty(),
+            Part::Gravity => self.fall.is_some(),
+            Part::Observed => self.guests,
+            _ => false,
+        });
+        self.levels.is_single() && built.among(Parts::besides_a_gas()) == Parts::NONE
+    }
+
     fn bring_up_to_date(&mut self) {
         if self.outdated {
             self.renew_all_cells();
@@ -644,10 +660,10 @@ impl Events {
     }
 }
 
-/// Entries of a day when it comes: few enough to sort in the first cache, so many that one can look
-/// ahead.
+/// Entries of a day when it comes: few enough to sort by counting; where one looks ahead so many
+/// that one can, and few enough to sort in the first cache.
 fn entries_per_day(discs: usize) -> f64 {
-    (discs as f64 / 32.0).clamp(16.0, 1024.0)
+    (discs as f64 / 32.0).clamp(16.0, if discs < AHEAD_FROM { 24.0 } else { 1024.0 })
 }
 
 fn days_of(discs: usize) -> usize {

@@ -65,7 +65,7 @@ impl Events {
     /// Predicts a disc again; `noted`: its time in the calendar.
     #[inline(always)]
     pub(super) fn predict_again<U: Unit>(&mut self, k: usize, noted: f64) {
-        if self.levels.is_single() {
+        if U::BARE || self.levels.is_single() {
             let block = self.cells.around(self.dues[k].place);
             self.predict::<U>(k, &block);
         } else {
@@ -86,7 +86,7 @@ impl Events {
     /// The same for two discs that just met; `noted`: the time of the second in the calendar.
     #[inline(always)]
     pub(super) fn predict_two_again<U: Unit>(&mut self, i: usize, j: usize, noted: f64) {
-        if !self.levels.is_single() {
+        if !U::BARE && !self.levels.is_single() {
             self.predict_again::<U>(i, f64::NAN);
             return self.predict_again::<U>(j, noted);
         }
@@ -95,10 +95,10 @@ impl Events {
         let outermost = places.map(|place| self.cells.is_outermost(place));
         let sight = sight!(self, outermost[0] | outermost[1]);
         let [a, b] = U::earliest_of_two(&sight, &blocks, [i, j], &mut self.near);
-        let a = self.checked(a, 0, i, places[0], &blocks[0]);
-        let b = self.checked(b, 1, j, places[1], &blocks[1]);
-        self.take(i, self.due_for(i, a, places[0]));
-        self.take(j, self.due_for(j, b, places[1]));
+        let a = self.checked::<U>(a, 0, i, places[0], &blocks[0]);
+        let b = self.checked::<U>(b, 1, j, places[1], &blocks[1]);
+        self.take::<U>(i, self.due_for(i, a, places[0]));
+        self.take::<U>(j, self.due_for(j, b, places[1]));
         self.note(i, f64::NAN);
         self.note(j, noted);
     }
@@ -108,17 +108,19 @@ impl Events {
     fn predict<U: Unit>(&mut self, k: usize, block: &Block) {
         let place = self.dues[k].place;
         let meeting = self.earliest_meeting::<U>(k, place, block);
-        self.take(k, self.due_for(k, meeting, place));
+        self.take::<U>(k, self.due_for(k, meeting, place));
     }
 
     /// Writes down what a disc is due for, if no wall comes before that.
     #[inline(always)]
-    fn take(&mut self, k: usize, mut due: Due) {
-        let outermost = self.cells.is_outermost(due.place);
-        self.consider_wall(k, &mut due, outermost);
+    fn take<U: Unit>(&mut self, k: usize, mut due: Due) {
+        if !U::BARE {
+            let outermost = self.cells.is_outermost(due.place);
+            self.consider_wall(k, &mut due, outermost);
+        }
         due.exit = match &self.fall {
-            Some(fall) => self.falling_exit(fall, k, due.place).time,
-            None => self.exit(self.exits(k, due.place)),
+            Some(fall) if !U::BARE => self.falling_exit(fall, k, due.place).time,
+            _ => self.exit(self.exits(k, due.place)),
         };
         self.dues[k] = due;
     }
@@ -155,12 +157,12 @@ impl Events {
     fn earliest_meeting<U: Unit>(&mut self, k: usize, place: Place, block: &Block) -> Meeting {
         let sight = sight!(self, self.cells.is_outermost(place));
         let meeting = U::earliest(&sight, block, k, &mut self.near[0]);
-        self.checked(meeting, 0, k, place, block)
+        self.checked::<U>(meeting, 0, k, place, block)
     }
 
     /// A meeting that was found among `near[of]`, if nothing about it is in doubt.
     #[inline(always)]
-    fn checked(
+    fn checked<U: Unit>(
         &self,
         meeting: Meeting,
         of: usize,
@@ -168,10 +170,10 @@ impl Events {
         place: Place,
         block: &Block,
     ) -> Meeting {
-        if self.cells.is_spilled() || self.is_in_doubt(meeting, of, k) {
+        if self.cells.is_spilled() || self.is_in_doubt::<U>(meeting, of, k) {
             return self.earliest_with_care(of, k, place, block);
         }
-        if self.fall.is_some() {
+        if !U::BARE && self.fall.is_some() {
             return self.among_odd(of, k, meeting);
         }
         meeting
@@ -180,8 +182,8 @@ impl Events {
     /// Whether a meeting with one of `near[of]` must be looked at by the rules: they touch already,
     /// so that it is a question of rounding whether they approach, or somebody is a guest.
     #[inline(always)]
-    fn is_in_doubt(&self, meeting: Meeting, of: usize, k: usize) -> bool {
-        meeting.time <= self.now || self.guests && self.is_near_guest(of, k)
+    fn is_in_doubt<U: Unit>(&self, meeting: Meeting, of: usize, k: usize) -> bool {
+        meeting.time <= self.now || !U::BARE && self.guests && self.is_near_guest(of, k)
     }
 
     /// Whether a disc is, or is near, one with which not all contacts are ours to resolve.
@@ -212,7 +214,7 @@ impl Events {
     pub(super) fn earliest_gathered<U: Unit>(&mut self, k: usize) -> Meeting {
         let sight = sight!(self, true);
         let meeting = U::earliest_gathered(&sight, k, &mut self.near[0]);
-        if self.is_in_doubt(meeting, 0, k) {
+        if self.is_in_doubt::<U>(meeting, 0, k) {
             return self.earliest_of(k, self.near[0].discs(), true);
         }
         meeting
@@ -288,10 +290,11 @@ impl Events {
     /// A disc that leaves its cell goes over to the next one.
     #[inline(always)]
     pub(super) fn change_cell<U: Unit>(&mut self, k: usize, due: Due) {
-        if !self.levels.is_single() {
+        if !U::BARE && !self.levels.is_single() {
             return self.change_cell_on_level::<U>(k, due);
         }
-        let (along_x, up) = if let Some(fall) = &self.fall {
+        let falls = self.fall.as_ref().filter(|_| !U::BARE);
+        let (along_x, up) = if let Some(fall) = falls {
             let exit = self.falling_exit(fall, k, due.place);
             // By rounding it is not there yet, or turns round just before.
             if exit.time > self.now + self.same_instant {
@@ -332,7 +335,7 @@ impl Events {
     fn predict_ahead<U: Unit>(&mut self, k: usize, mut due: Due, ahead: &Block) {
         let meeting = self.earliest_meeting::<U>(k, due.place, ahead);
         due = self.sooner(k, due, meeting);
-        self.take(k, due);
+        self.take::<U>(k, due);
     }
 
     /// What was known, or what was found beside it if that comes first.

@@ -31,10 +31,10 @@ impl Events {
         let group = self.group::<U>(i, j);
         let noted: Vec<f64> = group.members.iter().map(|&k| self.dues[k].time()).collect();
         let touched = if group.pairs.len() == 1 || self.laws.periodic.is_none() {
-            self.reflect(&group, &group.pairs, witness)
+            self.reflect::<U>(&group, &group.pairs, witness)
         } else {
             // A group may close around the box, where no image shows it whole: pair by pair.
-            self.reflect(&group, &group.pairs[..1], witness)
+            self.reflect::<U>(&group, &group.pairs[..1], witness)
         };
         for (&k, &noted) in group.members.iter().zip(&noted) {
             let noted = if k == i { f64::NAN } else { noted };
@@ -74,7 +74,12 @@ impl Events {
     }
 
     /// Resolves contacts of a group; returns the discs that fly otherwise now.
-    fn reflect(&mut self, group: &Group, pairs: &[Pair], witness: &mut impl Witness) -> Vec<usize> {
+    fn reflect<U: Unit>(
+        &mut self,
+        group: &Group,
+        pairs: &[Pair],
+        witness: &mut impl Witness,
+    ) -> Vec<usize> {
         let mut discs = group.discs.clone();
         let members: Vec<usize> = pairs.iter().flat_map(|&(a, b)| [a, b]).collect();
         let members: Vec<usize> = members.iter().map(|&place| group.members[place]).collect();
@@ -85,7 +90,7 @@ impl Events {
         for &at in &resolved.touched {
             self.turn(group.members[at], discs[at].velocity);
         }
-        self.note_contacts(&touched, resolved.contacts.len());
+        self.note_contacts::<U>(&touched, resolved.contacts.len());
         resolved.contacts.into_iter().for_each(|contact| witness.see(|| contact));
         touched
     }

@@ -9,9 +9,11 @@ use std::arch::x86_64::*;
 use super::*;
 
 /// Four at a time.
-struct Four;
+struct Four<const BARE: bool>;
 
-impl Unit for Four {
+impl<const BARE: bool> Unit for Four<BARE> {
+    const BARE: bool = BARE;
+
     #[inline(always)]
     fn collect(numbers: &[u32], block: &Block, without: u32, near: &mut Near) {
         // SAFETY: reached only through the functions below.
@@ -28,7 +30,7 @@ impl Unit for Four {
     fn earliest_gathered(sight: &Sight, disc: usize, near: &mut Near) -> Meeting {
         // SAFETY: reached only through the functions below.
         unsafe {
-            match (sight.wrap, sight.radii.is_empty()) {
+            match (sight.wrap, BARE || sight.radii.is_empty()) {
                 (None, true) => earliest_gathered::<false, true>(sight, disc, near),
                 (None, false) => earliest_gathered::<false, false>(sight, disc, near),
                 (Some(_), true) => earliest_gathered::<true, true>(sight, disc, near),
@@ -41,7 +43,7 @@ impl Unit for Four {
     fn earliest(sight: &Sight, block: &Block, disc: usize, near: &mut Near) -> Meeting {
         // SAFETY: reached only through the functions below.
         unsafe {
-            match (sight.wrap, sight.radii.is_empty()) {
+            match (sight.wrap, BARE || sight.radii.is_empty()) {
                 (None, true) => earliest::<false, true>(sight, block, disc, near),
                 (None, false) => earliest::<false, false>(sight, block, disc, near),
                 (Some(_), true) => earliest::<true, true>(sight, block, disc, near),
@@ -59,7 +61,7 @@ impl Unit for Four {
     ) -> [Meeting; 2] {
         // SAFETY: reached only through the functions below.
         unsafe {
-            match (sight.wrap, sight.radii.is_empty()) {
+            match (sight.wrap, BARE || sight.radii.is_empty()) {
                 (None, true) => earliest_of_two::<false, true>(sight, blocks, discs, near),
                 (None, false) => earliest_of_two::<false, false>(sight, blocks, discs, near),
                 (Some(_), true) => earliest_of_two::<true, true>(sight, blocks, discs, near),
@@ -83,48 +85,52 @@ impl Unit for Four {
     #[inline(always)]
     fn renew(arena: &mut Events, k: usize, noted: f64) {
         // SAFETY: reached only through the functions below.
-        unsafe { renew(arena, k, noted) }
+        unsafe { renew::<BARE>(arena, k, noted) }
     }
 
     #[inline(always)]
     fn renew_two(arena: &mut Events, i: usize, j: usize, noted: f64) {
         // SAFETY: reached only through the functions below.
-        unsafe { renew_two(arena, i, j, noted) }
+        unsafe { renew_two::<BARE>(arena, i, j, noted) }
     }
 
     #[inline(always)]
     fn next_day(arena: &mut Events) {
         // SAFETY: reached only through the functions below.
-        unsafe { next_day(arena) }
+        unsafe { next_day::<BARE>(arena) }
     }
 }
 
 #[target_feature(enable = "avx2,fma,popcnt,bmi1")]
-pub fn advance<W: Witness>(arena: &mut Events, until: f64, witness: &mut W) -> Result<(), Stall> {
-    arena.advance_with::<Four, W>(until, witness)
+pub fn advance<const BARE: bool, W: Witness>(
+    arena: &mut Events,
+    until: f64,
+    witness: &mut W,
+) -> Result<(), Stall> {
+    arena.advance_with::<Four<BARE>, W>(until, witness)
 }
 
 #[target_feature(enable = "avx2,fma,popcnt,bmi1")]
 pub fn renew_all(arena: &mut Events, discs: &[usize]) {
-    arena.renew_all::<Four>(discs);
+    arena.renew_all::<Four<false>>(discs);
 }
 
 #[target_feature(enable = "avx2,fma,popcnt,bmi1")]
 #[inline(never)]
-fn renew(arena: &mut Events, k: usize, noted: f64) {
-    arena.predict_again::<Four>(k, noted);
+fn renew<const BARE: bool>(arena: &mut Events, k: usize, noted: f64) {
+    arena.predict_again::<Four<BARE>>(k, noted);
 }
 
 #[target_feature(enable = "avx2,fma,popcnt,bmi1")]
 #[inline(never)]
-fn renew_two(arena: &mut Events, i: usize, j: usize, noted: f64) {
-    arena.predict_two_again::<Four>(i, j, noted);
+fn renew_two<const BARE: bool>(arena: &mut Events, i: usize, j: usize, noted: f64) {
+    arena.predict_two_again::<Four<BARE>>(i, j, noted);
 }
 
 #[target_feature(enable = "avx2,fma,popcnt,bmi1")]
 #[inline(never)]
-fn next_day(arena: &mut Events) {
-    arena.open_next_day::<Four>();
+fn next_day<const BARE: bool>(arena: &mut Events) {
+    arena.open_next_day::<Four<BARE>>();
 }
 
 /// The place of each is how many are larger: no branch is guessed wrongly.
@@ -207,6 +213,7 @@ struct Kept {
 fn collect(numbers: &[u32], block: &Block, without: u32, near: &mut Near) -> u32 {
     match block.width {
         12 => collect_rows::<3>(numbers, block, without, near, 0),
+        24 => collect_rows::<6>(numbers, block, without, near, 0),
         _ => collect_rows::<0>(numbers, block, without, near, 0),
     }
 }
@@ -318,7 +325,7 @@ fn earliest<const WRAP: bool, const EQUAL: bool>(
     near: &mut Near,
 ) -> Meeting {
     let largest = collect(sight.numbers, block, disc as u32, near);
-    let groups = near.count.div_ceil(4);
+    let groups = near.count.div_ceil(4).max(1);
     let best = note_times::<WRAP, EQUAL>(sight, disc, near, largest, groups);
     choose(best, near, groups, sight.instant)
 }
