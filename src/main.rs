@@ -9,6 +9,8 @@ use carom::bench::budget::Budget;
 use carom::bench::gas::Gas;
 use carom::bench::{self, BenchError};
 use carom::check::{self, CheckError, Options};
+#[cfg(feature = "ros")]
+use carom::node::arguments::{RosArguments, split};
 use carom::plan::Method;
 use carom::plan::budget::{self, Wish};
 use carom::plan::parts::Parts;
@@ -189,17 +191,17 @@ struct ReportArguments {
 #[derive(Args)]
 struct RunArguments {
     /// A scene file, or the name of a shipped scene: arena, break_shot, newtons_cradle, head_on,
-    /// thousand, teams, resolver.
-    #[arg(value_name = "SCENE", default_value = shipped::DEFAULT)]
-    scene: String,
+    /// thousand, teams, resolver [default: arena].
+    #[arg(value_name = "SCENE")]
+    scene: Option<String>,
     /// End after so many seconds of simulated time (of wall time without pucks).
     #[arg(long = "for", value_name = "SECONDS", value_parser = seconds)]
     #[arg(allow_negative_numbers = true)]
     seconds: Option<f64>,
-    /// Simulated seconds in a second of wall time; 0 = as fast as possible.
-    #[arg(long, value_name = "FACTOR", default_value = "1", value_parser = at_least_0)]
+    /// Simulated seconds in a second of wall time; 0 = as fast as possible [default: 1].
+    #[arg(long, value_name = "FACTOR", value_parser = at_least_0)]
     #[arg(allow_negative_numbers = true)]
-    rate: f64,
+    rate: Option<f64>,
     /// How pucks move, instead of what the scene says.
     #[arg(long, value_name = "M", value_parser = METHODS)]
     method: Option<String>,
@@ -224,35 +226,36 @@ struct RunArguments {
 const METHODS: [&str; 6] = ["auto", "events", "plain", "ticks", "steps", "springs"];
 
 fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
+    let words = std::env::args_os().map(std::ffi::OsString::into_string).collect();
+    let words = match words {
+        Ok(words) => words,
+        Err(word) => return complain(&format!("{} is not UTF-8", word.display()), 2),
+    };
+    let (words, ros) = match split(words) {
+        Ok(split) => split,
+        Err(message) => return complain(&message, 2),
+    };
+    let cli = match Cli::try_parse_from(words) {
         Ok(cli) => cli,
         Err(error) => return refuse(&error),
     };
-    match cli.command.unwrap_or(Command::Run(cli.run)) {
-        Command::Run(arguments) => load_and_run(&arguments),
-        Command::Check(arguments) => check(arguments),
-        Command::Explain(arguments) => explain(&arguments),
-        Command::Report(arguments) => report(arguments),
-        Command::Bench(BenchCommand::Gas(arguments)) => bench_gas(&arguments),
-        Command::Bench(BenchCommand::Peers(arguments)) => bench_peers(arguments),
-    }
-}
-
-fn load_and_run(arguments: &RunArguments) -> ExitCode {
-    let RunArguments { scene, method, step, keep_all, .. } = arguments;
-    match load(scene, method.as_deref(), *step, *keep_all) {
-        Ok(mut scene) => {
-            keep_to_budget(&mut scene, Wish { error: arguments.error, budget: arguments.budget });
-            run(&scene, arguments)
-        }
-        Err(message) => complain(&message, 2),
+    match (cli.command.unwrap_or(Command::Run(cli.run)), ros) {
+        (Command::Run(arguments), ros) => run(arguments, ros.unwrap_or_default()),
+        (_, Some(_)) => complain(&"--ros-args are for the node: carom run", 2),
+        (Command::Check(arguments), None) => check(arguments),
+        (Command::Explain(arguments), None) => explain(&arguments),
+        (Command::Report(arguments), None) => report(arguments),
+        (Command::Bench(BenchCommand::Gas(arguments)), None) => bench_gas(&arguments),
+        (Command::Bench(BenchCommand::Peers(arguments)), None) => bench_peers(arguments),
     }
 }
 
 /// Chooses the method by error and run time, if that is asked for, and says how.
 fn keep_to_budget(scene: &mut Scene, wish: Wish) {
-    let wish = if wish.is_none() { scene.node.wish } else { wish };
-    if let Some(budget) = Budget::of(scene, wish) {
+    if !wish.is_none() {
+        scene.node.wish = wish;
+    }
+    if let Some(budget) = Budget::of(scene, scene.node.wish) {
         budget.apply(scene);
         // Nobody may be reading.
         let _ = writeln!(std::io::stderr(), "carom: {}", budget.verdict());
@@ -362,17 +365,65 @@ fn measured(outcome: Result<(), BenchError>) -> ExitCode {
 }
 
 #[cfg(feature = "ros")]
-fn run(scene: &Scene, arguments: &RunArguments) -> ExitCode {
-    use carom::node::{self, RunOptions};
-    let options = RunOptions { seconds: arguments.seconds, rate: arguments.rate };
-    match node::run(scene, options) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => complain(&error, if error.is_bad_use() { 2 } else { 1 }),
+fn run(mut arguments: RunArguments, ros: RosArguments) -> ExitCode {
+    use carom::node::{self, RunOptions, Start};
+    let start = Start::new(ros).and_then(|start| {
+        fill(&mut arguments, &start)?;
+        Ok(start)
+    });
+    let start = match start {
+        Ok(start) => start,
+        Err(error) => return complain(&error, 2),
+    };
+    let RunArguments { scene, seconds, rate, method, step, keep_all, error, budget } = arguments;
+    let scene = scene.unwrap_or_else(|| shipped::DEFAULT.to_owned());
+    let options = RunOptions { scene, start, seconds, rate: rate.unwrap_or(1.0) };
+    match load(&options.scene, method.as_deref(), step, keep_all) {
+        Err(message) => complain(&message, 2),
+        Ok(mut scene) => {
+            keep_to_budget(&mut scene, Wish { error, budget });
+            match node::run(&scene, &options) {
+                Ok(()) => ExitCode::SUCCESS,
+                Err(error) => complain(&error, if error.is_bad_use() { 2 } else { 1 }),
+            }
+        }
     }
 }
 
+/// Takes from the parameters what the command line does not say itself.
+#[cfg(feature = "ros")]
+fn fill(
+    arguments: &mut RunArguments,
+    start: &carom::node::Start,
+) -> Result<(), carom::node::NodeError> {
+    let wrong = |error: String| carom::node::NodeError::BadUse(error);
+    let number = |name, right: fn(&str) -> Result<f64, String>| {
+        let text = start.number(name)?.map(|number| number.to_string());
+        let checked = text.as_deref().map(right).transpose();
+        checked.map_err(|error| wrong(format!("parameter '{name}': {error}")))
+    };
+    arguments.scene = arguments.scene.take().or(start.text("scene")?);
+    arguments.rate = arguments.rate.or(number("rate", at_least_0)?);
+    arguments.step = arguments.step.or(number("step_s", seconds)?);
+    let end = number("for_s", at_least_0)?.filter(|end| *end > 0.0);
+    arguments.seconds = arguments.seconds.or(end);
+    arguments.error = arguments.error.or(number("error", budget::parse_error)?);
+    arguments.budget = arguments.budget.or(number("budget", budget::parse_budget)?);
+    arguments.keep_all |= start.flag("keep_all")?.unwrap_or(false);
+    if let (None, Some(method)) = (&arguments.method, start.text("method")?) {
+        Method::named(&method).map_err(|error| wrong(format!("parameter 'method': {error}")))?;
+        arguments.method = Some(method);
+    }
+    Ok(())
+}
+
 #[cfg(not(feature = "ros"))]
-fn run(_scene: &Scene, _arguments: &RunArguments) -> ExitCode {
+fn split(words: Vec<String>) -> Result<(Vec<String>, Option<()>), String> {
+    Ok((words, None))
+}
+
+#[cfg(not(feature = "ros"))]
+fn run(_arguments: RunArguments, (): ()) -> ExitCode {
     complain(&"this build has no ROS 2 node: build it with the feature `ros`", 2)
 }
 

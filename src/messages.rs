@@ -50,6 +50,63 @@ pub struct Twist {
     pub angular: Vector3,
 }
 
+/// geometry_msgs/msg/Quaternion
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Quaternion {
+    pub x: f64,
+    pub y: f64,
+    pub z: f64,
+    pub w: f64,
+}
+
+impl Quaternion {
+    /// No rotation.
+    pub const UPRIGHT: Self = Self { x: 0.0, y: 0.0, z: 0.0, w: 1.0 };
+}
+
+/// geometry_msgs/msg/Pose; its Point has the layout of Vector3.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Pose {
+    pub position: Vector3,
+    pub orientation: Quaternion,
+}
+
+/// geometry_msgs/msg/TwistStamped
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TwistStamped {
+    pub header: Header,
+    pub twist: Twist,
+}
+
+/// geometry_msgs/msg/PoseWithCovariance; the covariance row by row.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PoseWithCovariance {
+    pub pose: Pose,
+    pub covariance: [[f64; 6]; 6],
+}
+
+/// geometry_msgs/msg/TwistWithCovariance; the covariance row by row.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TwistWithCovariance {
+    pub twist: Twist,
+    pub covariance: [[f64; 6]; 6],
+}
+
+/// nav_msgs/msg/Odometry
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Odometry {
+    pub header: Header,
+    pub child_frame_id: String,
+    pub pose: PoseWithCovariance,
+    pub twist: TwistWithCovariance,
+}
+
+/// rosgraph_msgs/msg/Clock
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Clock {
+    pub clock: Time,
+}
+
 /// carom/msg/CircleState
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CircleState {
@@ -139,6 +196,87 @@ pub struct ErrorReport {
     pub dropped_in: u64,
     pub dropped_out: u64,
     pub left_out: Vec<String>,
+}
+
+/// std_msgs/msg/ColorRGBA
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ColorRgba {
+    pub r: f32,
+    pub g: f32,
+    pub b: f32,
+    pub a: f32,
+}
+
+/// builtin_interfaces/msg/Duration
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Duration {
+    pub sec: i32,
+    pub nanosec: u32,
+}
+
+/// sensor_msgs/msg/CompressedImage
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct CompressedImage {
+    pub header: Header,
+    pub format: String,
+    pub data: Vec<u8>,
+}
+
+/// visualization_msgs/msg/UVCoordinate
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct UvCoordinate {
+    pub u: f32,
+    pub v: f32,
+}
+
+/// visualization_msgs/msg/MeshFile
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct MeshFile {
+    pub filename: String,
+    pub data: Vec<u8>,
+}
+
+/// visualization_msgs/msg/Marker; `kind` is its field `type`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Marker {
+    pub header: Header,
+    pub ns: String,
+    pub id: i32,
+    pub kind: i32,
+    pub action: i32,
+    pub pose: Pose,
+    pub scale: Vector3,
+    pub color: ColorRgba,
+    pub lifetime: Duration,
+    pub frame_locked: bool,
+    pub points: Vec<Vector3>,
+    pub colors: Vec<ColorRgba>,
+    pub texture_resource: String,
+    pub texture: CompressedImage,
+    pub uv_coordinates: Vec<UvCoordinate>,
+    pub text: String,
+    pub mesh_resource: String,
+    pub mesh_file: MeshFile,
+    pub mesh_use_embedded_materials: bool,
+}
+
+/// Values of the type of a marker.
+pub mod marker_type {
+    pub const CYLINDER: i32 = 3;
+    pub const LINE_STRIP: i32 = 4;
+    pub const SPHERE_LIST: i32 = 7;
+}
+
+/// Values of the action of a marker.
+pub mod marker_action {
+    pub const ADD: i32 = 0;
+    pub const DELETE: i32 = 2;
+}
+
+/// visualization_msgs/msg/MarkerArray
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct MarkerArray {
+    pub markers: Vec<Marker>,
 }
 
 /// diagnostic_msgs/msg/KeyValue

@@ -1,7 +1,7 @@
 //! The only door to DDS: a participant with one ROS node, typed publishers and subscriptions.
 //!
-//! ros2-client's Spinner is never started: it would subscribe to /clock with a wrong type. Without
-//! it there are no parameter services yet, and who listens is learnt from the participant's status
+//! ros2-client's Spinner is never started: it would subscribe to /clock with a wrong type. So the
+//! parameter services are carom's own, and who listens is learnt from the participant's status
 //! events.
 //! Nothing here may block the caller: a publisher whose send window is full refuses the message.
 //! Nothing from the network may panic: an undecodable payload is an error, and reading goes on.
@@ -10,9 +10,12 @@ use std::collections::{HashMap, HashSet};
 use std::net::Ipv4Addr;
 
 use futures::Stream;
-use ros2_client::qos::{History, QosProfile, WhenFull};
+use ros2_client::action::ActionServerQosPolicies;
+use ros2_client::qos::{Durability, History, QosProfile, WhenFull};
+use ros2_client::service::ServiceMapping;
 use ros2_client::{
-    Context, Gid, MessageInfo, MessageTypeName, Name, Node, NodeName, NodeOptions, WriteError,
+    ActionTypeName, AsyncActionServer, Context, Gid, MessageInfo, MessageTypeName, Name, Node,
+    NodeName, NodeOptions, ServiceTypeName, WriteError,
 };
 use rustdds::{
     DomainParticipantBuilder, DomainParticipantStatusEvent, DomainParticipantStatusListener, GUID,
@@ -22,12 +25,20 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::farewell;
+use super::names::{BadName, Names};
+use super::parameters::services::ParameterEvent;
+use super::service::{RosService, Service};
+use super::simulation::wire::{StepsFeedback, StepsGoal, StepsResult};
 use crate::messages::{
-    CircleStates, CircleVelocities, Contacts, DiagnosticArray, ErrorReport, Twist,
+    CircleStates, CircleVelocities, Clock, Contacts, DiagnosticArray, ErrorReport, MarkerArray,
+    Odometry, Twist, TwistStamped,
 };
 
 /// Largest domain whose ports fit into 16 bits; RustDDS overflows silently above it.
 pub const DOMAIN_ID_MAX: u16 = 232;
+
+/// Requests that wait for the loop, and answers for a slow client: as rmw has them.
+const SERVICE_DEPTH: usize = 10;
 
 /// What can go wrong at this door.
 #[derive(Debug, thiserror::Error)]
@@ -45,14 +56,9 @@ pub enum DdsError {
         /// What would be right.
         allowed: &'static str,
     },
-    /// A node or topic name that ROS does not allow.
-    #[error("`{name}` is not a ROS name: {reason}")]
-    Name {
-        /// The name as given.
-        name: String,
-        /// ros2-client's words.
-        reason: String,
-    },
+    /// A node, topic or service name that ROS does not allow.
+    #[error(transparent)]
+    Name(#[from] BadName),
     /// The participant, the node or an endpoint could not be made.
     #[error("DDS cannot open {what}: {reason}")]
     Open {
@@ -67,6 +73,9 @@ pub enum DdsError {
     /// A reliable reader has stopped acknowledging and the send window is full.
     #[error("send window full: a subscriber has stopped reading")]
     WindowFull,
+    /// The answer of a service does not fit into one datagram.
+    #[error("an answer of {0} bytes is larger than one datagram: ask for less at a time")]
+    TooLarge(usize),
     /// The middleware failed to send.
     #[error("DDS cannot send: {0}")]
     Send(String),
@@ -126,7 +135,12 @@ ros_messages! {
     "carom" Contacts
     "carom" ErrorReport
     "diagnostic_msgs" DiagnosticArray
+    "visualization_msgs" MarkerArray
+    "nav_msgs" Odometry
     "geometry_msgs" Twist
+    "geometry_msgs" TwistStamped
+    "rosgraph_msgs" Clock
+    "rcl_interfaces" ParameterEvent
 }
 
 /// One ROS node on a DDS participant of its own. Drop it last; dropping it leaves the graph.
@@ -134,22 +148,20 @@ pub struct Ros {
     // Dropped in this order: the node says goodbye, then the participant goes.
     node: Node,
     _context: Context,
+    names: Names,
     guid: [u8; 16],
     reach: Reach,
 }
 
 impl Ros {
-    /// Opens a participant in `domain_id` and a node without rosout and parameter services; tells
-    /// who listens to its publishers.
-    pub fn open(
-        node_name: &str,
-        domain_id: u16,
-        reach: Reach,
-    ) -> Result<(Self, Listeners), DdsError> {
+    /// Opens a participant in `domain_id` and a node of this name without rosout and parameter
+    /// services; tells who listens to its publishers.
+    pub fn open(names: Names, domain_id: u16, reach: Reach) -> Result<(Self, Listeners), DdsError> {
         if domain_id > DOMAIN_ID_MAX {
             return Err(DdsError::DomainId(domain_id));
         }
-        let name = NodeName::new("/", node_name).map_err(|error| bad_name(node_name, &error))?;
+        let name = NodeName::new(names.namespace(), names.node())
+            .map_err(|e| cannot_open("the node", &e))?;
         let mut builder = DomainParticipantBuilder::new(domain_id);
         if reach == Reach::Localhost {
             builder = builder.with_only_networks([Ipv4Addr::LOCALHOST]);
@@ -161,10 +173,10 @@ impl Ros {
             .map_err(|e| cannot_open("the context", &e))?;
         let options = NodeOptions::new().enable_rosout(false).start_parameter_services(false);
         let node = context.new_node(name, options).map_err(|e| cannot_open("the node", &e))?;
-        Ok((Self { node, _context: context, guid, reach }, listeners))
+        Ok((Self { node, _context: context, names, guid, reach }, listeners))
     }
 
-    /// A reliable, volatile publisher on a topic relative to the node's namespace.
+    /// A reliable, volatile publisher on a topic of this name, as the command line renames it.
     pub fn publisher<M: RosMessage>(
         &mut self,
         topic: &str,
@@ -197,6 +209,42 @@ impl Ros {
         Ok(Subscription { inner, numbers: Numbers::default() })
     }
 
+    /// A service of this name, as the command line renames it, as Fast DDS maps it to topics.
+    pub fn service<S: RosService>(&mut self, name: &str) -> Result<Service<S>, DdsError> {
+        let full = self.names.service(name)?;
+        let full = Name::parse(&full).map_err(|e| cannot_open(name, &e))?;
+        let kind = ServiceTypeName::new(S::PACKAGE, S::TYPE);
+        let qos = QosProfile::publisher_default()
+            .reliability_reliable(WhenFull::Fail)
+            .history(History::KeepLast { depth: SERVICE_DEPTH });
+        let server =
+            self.node.create_server(ServiceMapping::Enhanced, &full, &kind, qos.clone(), qos);
+        Ok(Service::new(server.map_err(|e| cannot_open(name, &e))?))
+    }
+
+    /// The action `simulate_steps`.
+    pub fn simulate_steps(
+        &mut self,
+    ) -> Result<AsyncActionServer<StepsGoal, StepsResult, StepsFeedback>, DdsError> {
+        let name = "simulate_steps";
+        let full = self.names.service(name)?;
+        let full = Name::parse(&full).map_err(|e| cannot_open(name, &e))?;
+        let kind = ActionTypeName::new("simulation_interfaces", "SimulateSteps");
+        let qos = QosProfile::publisher_default()
+            .reliability_reliable(WhenFull::Fail)
+            .history(History::KeepLast { depth: SERVICE_DEPTH });
+        let policies = ActionServerQosPolicies {
+            goal_service: qos.clone(),
+            result_service: qos.clone(),
+            cancel_service: qos.clone(),
+            feedback_publisher: qos.clone(),
+            status_publisher: qos.durability(Durability::TransientLocal),
+        };
+        let server =
+            self.node.create_action_server(ServiceMapping::Enhanced, &full, &kind, policies);
+        Ok(AsyncActionServer::new(server.map_err(|e| cannot_open(name, &e))?))
+    }
+
     /// Leaves the graph at once: call it when all publishers and subscriptions are dropped.
     pub fn close(self) {
         let (guid, domain_id, reach) = (self.guid, self.node.domain_id(), self.reach);
@@ -211,8 +259,8 @@ impl Ros {
         qos: &QosProfile,
     ) -> Result<rustdds::Topic, DdsError> {
         // Resolved here: ros2-client makes `rt//name` of a relative name in the namespace `/`.
-        let absolute = format!("/{}", topic.strip_prefix('/').unwrap_or(topic));
-        let name = Name::parse(&absolute).map_err(|error| bad_name(topic, &error))?;
+        let full = self.names.topic(topic)?;
+        let name = Name::parse(&full).map_err(|e| cannot_open(topic, &e))?;
         let type_name = MessageTypeName::new(M::PACKAGE, M::TYPE);
         self.node.create_topic(&name, type_name, qos).map_err(|e| cannot_open(topic, &e))
     }
@@ -352,10 +400,6 @@ impl Numbers {
         self.unknown -= read;
         gap - read
     }
-}
-
-fn bad_name(name: &str, error: &dyn std::fmt::Display) -> DdsError {
-    DdsError::Name { name: name.to_owned(), reason: error.to_string() }
 }
 
 fn cannot_open(what: &str, error: &dyn std::fmt::Display) -> DdsError {

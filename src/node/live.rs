@@ -6,10 +6,11 @@
 
 use std::time::{Duration, Instant};
 
+use super::stage::Stage;
 use crate::plan::why::{self, Verdict};
 use crate::publish::error_report::{Facts, Interval, Told, Totals};
 use crate::scene::Scene;
-use crate::world::{Disc, World};
+use crate::world::Disc;
 
 /// Wall time between two reports.
 const PERIOD: Duration = Duration::from_secs(1);
@@ -27,12 +28,8 @@ pub struct Live {
 
 impl Live {
     /// Nobody listens yet.
-    pub fn new(scene: &Scene, rate: f64, now: Instant) -> Self {
-        let facts = Facts {
-            frame_id: scene.node.frame_id.clone(),
-            real_time_factor_asked: rate,
-            ..Facts::default()
-        };
+    pub fn new(scene: &Scene, now: Instant) -> Self {
+        let facts = Facts { frame_id: scene.node.frame_id.clone(), ..Facts::default() };
         Self { interval: Interval::default(), since: None, due: now + PERIOD, facts }
     }
 
@@ -53,10 +50,11 @@ impl Live {
     pub fn tell(
         &mut self,
         is_heard: bool,
-        totals: Totals,
-        (scene, world): (&Scene, &mut World),
+        (totals, real_time_factor_asked): (Totals, f64),
+        stage: &mut Stage,
         now: Instant,
     ) -> Option<Told> {
+        self.facts.real_time_factor_asked = real_time_factor_asked;
         // As regular as a clock, but for what it slept through.
         let next = self.due + PERIOD;
         self.due = if next > now { next } else { now + PERIOD };
@@ -65,21 +63,26 @@ impl Live {
             return None;
         }
         let Some(since) = self.since.replace(now) else {
-            world.keep_account();
-            self.state_facts(scene, world);
+            stage.world_mut().keep_account();
+            self.state_facts(stage);
             self.interval.begin(totals);
             return None;
         };
         let wall = (now - since).as_secs_f64();
-        let told = self.interval.end(totals, wall, &self.facts, world.arena());
+        let told = self.interval.end(totals, wall, &self.facts, stage.world().arena());
         tracing::debug!("{:?}", told.report);
         Some(told)
     }
 
-    fn state_facts(&mut self, scene: &Scene, world: &World) {
-        let pucks: Vec<Disc> = scene.pucks.iter().map(|puck| puck.disc).collect();
-        let plan = world.plan();
-        let rows = why::Told { plan, settings: &scene.settings, pucks: &pucks }.rows();
+    /// Begins a new interval: the world is another.
+    pub fn restart(&mut self) {
+        self.since = None;
+    }
+
+    fn state_facts(&mut self, stage: &Stage) {
+        let pucks: Vec<Disc> = stage.pucks().iter().map(|puck| puck.disc).collect();
+        let plan = stage.world().plan();
+        let rows = why::Told { plan, settings: &stage.scene().settings, pucks: &pucks }.rows();
         let left_out = rows.into_iter().filter(|row| row.verdict == Verdict::LeftOut);
         self.facts.left_out = left_out.map(|row| row.part.name().to_owned()).collect();
         let moves = !pucks.is_empty();

@@ -1,77 +1,192 @@
 //! The publishers: what the world says, sent to whoever listens. A topic without a listener costs
 //! nothing: its message is not even built.
 
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use super::complaints::Complaints;
 use super::dds::{DdsError, Listeners, Publisher, Ros, RosMessage};
+use super::parameters::services::ParameterEvent;
+use super::parts::{InParts, Waiting};
+use super::stage::Stage;
 use crate::messages::{
-    CircleStates, CircleVelocities, Contacts, DiagnosticArray, ErrorReport, Header, Time,
+    CircleStates, CircleVelocities, Clock, Contacts, DiagnosticArray, ErrorReport, Header,
+    MarkerArray, Odometry, Time,
 };
 use crate::motion::arena::Arena;
-use crate::publish;
 use crate::publish::error_report::{self, Told};
-use crate::world::{Answer, Outcome, Owner};
+use crate::publish::markers::{Drawn, Picture};
+use crate::publish::{self, odometry};
+use crate::scene::{Puck, Scene};
+use crate::world::{Answer, DiscId, Outcome, Owner};
 
 /// Messages kept for a subscriber that is slow to acknowledge.
 const DEPTH: usize = 100;
+/// A time, or a place, that is late is of no use.
+const LATEST: usize = 1;
+/// As rcl has it.
+const PARAMETER_EVENTS_DEPTH: usize = 1_000;
+/// Nobody sees more pictures in a second of simulated time.
+const PICTURES_HZ: f64 = 30.0;
+
+/// A topic whose messages may come in parts.
+struct Large<M: InParts + RosMessage> {
+    publisher: Publisher<M>,
+    waiting: Waiting<M>,
+}
 
 /// All publishers.
 pub struct Outputs {
-    corrected_velocities: Publisher<CircleVelocities>,
-    contacts: Publisher<Contacts>,
-    arena_states: Publisher<CircleStates>,
+    corrected_velocities: Large<CircleVelocities>,
+    contacts: Large<Contacts>,
+    arena_states: Large<CircleStates>,
     error_report: Publisher<ErrorReport>,
     diagnostics: Publisher<DiagnosticArray>,
+    markers: Publisher<MarkerArray>,
+    parameter_events: Publisher<ParameterEvent>,
+    /// Only where there is an arena, whose time it is.
+    clock: Option<Publisher<Clock>>,
+    /// Of driven pucks.
+    odometry: BTreeMap<DiscId, Publisher<Odometry>>,
+    drawn: Drawn,
+    /// Simulated time of the next picture, s.
+    next_picture: f64,
     listeners: Listeners,
     frame_id: String,
 }
 
 impl Outputs {
-    /// Opens them; the arena's messages are in `frame_id`.
-    pub fn open(ros: &mut Ros, listeners: Listeners, frame_id: &str) -> Result<Self, DdsError> {
-        Ok(Self {
-            corrected_velocities: ros.publisher("corrected_velocities", DEPTH)?,
-            contacts: ros.publisher("contacts", DEPTH)?,
-            arena_states: ros.publisher("arena_states", DEPTH)?,
+    /// Opens those that a scene has from the beginning.
+    pub fn open(ros: &mut Ros, listeners: Listeners, scene: &Scene) -> Result<Self, DdsError> {
+        let mut outputs = Self {
+            corrected_velocities: Large::open(ros, "corrected_velocities")?,
+            contacts: Large::open(ros, "contacts")?,
+            arena_states: Large::open(ros, "arena_states")?,
             error_report: ros.publisher("error_report", DEPTH)?,
             diagnostics: ros.publisher("/diagnostics", DEPTH)?,
+            markers: ros.publisher("markers", LATEST)?,
+            parameter_events: ros.publisher("/parameter_events", PARAMETER_EVENTS_DEPTH)?,
+            clock: None,
+            odometry: BTreeMap::new(),
+            drawn: Drawn::default(),
+            next_picture: 0.0,
             listeners,
-            frame_id: frame_id.to_owned(),
-        })
+            frame_id: scene.node.frame_id.clone(),
+        };
+        outputs.follow(ros, &scene.pucks)?;
+        Ok(outputs)
+    }
+
+    /// An `odom` for every driven puck and for no other, and the time where there are any pucks.
+    pub fn follow(&mut self, ros: &mut Ros, pucks: &[Puck]) -> Result<(), DdsError> {
+        if !pucks.is_empty() && self.clock.is_none() {
+            self.clock = Some(ros.publisher("/clock", LATEST)?);
+        }
+        let is_there = |id: &DiscId| pucks.iter().any(|puck| puck.driven && puck.disc.id == *id);
+        self.odometry.retain(|id, _| is_there(id));
+        for puck in pucks.iter().filter(|puck| puck.driven) {
+            if let Entry::Vacant(place) = self.odometry.entry(puck.disc.id) {
+                place.insert(ros.publisher(&puck.topic("odom"), LATEST)?);
+            }
+        }
+        Ok(())
     }
 
     /// Answers a message: its header is kept.
     pub fn answer(&mut self, header: &Header, answer: &Answer, complaints: &mut Complaints) {
-        self.listeners.update();
-        self.send(&self.corrected_velocities, complaints, || {
+        let Self { listeners, corrected_velocities, contacts, .. } = self;
+        listeners.update();
+        corrected_velocities.send(listeners, complaints, || {
             publish::corrected_velocities(header.clone(), &answer.velocities)
         });
-        self.send(&self.contacts, complaints, || {
-            publish::contacts(header.clone(), &answer.contacts)
-        });
+        contacts
+            .send(listeners, complaints, || publish::contacts(header.clone(), &answer.contacts));
     }
 
     /// The arena's contacts, and what they ask of observed circles.
     pub fn arena_outcome(&mut self, arena: &Arena, outcome: &Outcome, complaints: &mut Complaints) {
+        let header = || Header { stamp: stamp(arena), frame_id: self.frame_id.clone() };
         self.listeners.update();
         if !outcome.corrections.is_empty() {
-            self.send(&self.corrected_velocities, complaints, || {
-                publish::corrected_velocities(self.header(arena), &outcome.corrections)
+            self.corrected_velocities.send(&self.listeners, complaints, || {
+                publish::corrected_velocities(header(), &outcome.corrections)
             });
         }
         if !outcome.contacts.is_empty() {
-            self.send(&self.contacts, complaints, || {
-                publish::contacts(self.header(arena), &outcome.contacts)
+            self.contacts.send(&self.listeners, complaints, || {
+                publish::contacts(header(), &outcome.contacts)
             });
         }
     }
 
-    /// The arena as it is now.
-    pub fn arena_states(&self, arena: &Arena, complaints: &mut Complaints) {
-        self.send(&self.arena_states, complaints, || {
-            publish::arena_states(self.header(arena), arena.discs(Owner::Simulated))
+    /// The arena as it is at a tick.
+    pub fn tick(&mut self, stage: &Stage, complaints: &mut Complaints) {
+        let Some(arena) = stage.world().arena() else { return };
+        let header = || Header { stamp: stamp(arena), frame_id: self.frame_id.clone() };
+        self.arena_states.send(&self.listeners, complaints, || {
+            publish::arena_states(header(), arena.discs(Owner::Simulated))
         });
+        self.clock(stage, complaints);
+        self.odometry(stage, arena, complaints);
+        if arena.now() >= self.next_picture && self.listeners.hear(&self.markers) {
+            self.next_picture = arena.now() + 1.0 / PICTURES_HZ;
+            let settings = &stage.scene().settings;
+            let picture = Picture {
+                pucks: stage.now(),
+                observed: stage.world().observed(),
+                walls: settings.walls,
+                periodic: settings.periodic,
+            };
+            let header = Header { stamp: stamp(arena), frame_id: self.frame_id.clone() };
+            let markers = self.drawn.draw(&header, &picture);
+            send(&self.listeners, &self.markers, complaints, || markers);
+        }
+    }
+
+    fn odometry(&self, stage: &Stage, arena: &Arena, complaints: &mut Complaints) {
+        if !self.odometry.values().any(|publisher| self.listeners.hear(publisher)) {
+            return;
+        }
+        for (puck, disc) in stage.now() {
+            let Some(publisher) = self.odometry.get(&disc.id) else { continue };
+            send(&self.listeners, publisher, complaints, || {
+                let header = Header { stamp: stamp(arena), frame_id: self.frame_id.clone() };
+                let pose = stage.world().pose(disc.id).unwrap_or_default();
+                odometry::of_puck(header, &puck.name, &disc, pose)
+            });
+        }
+    }
+
+    /// The arena's time.
+    pub fn clock(&mut self, stage: &Stage, complaints: &mut Complaints) {
+        let (Some(clock), Some(arena)) = (&self.clock, stage.world().arena()) else { return };
+        send(&self.listeners, clock, complaints, || Clock { clock: stamp(arena) });
+    }
+
+    /// The world began anew: pictures too.
+    pub fn restart(&mut self) {
+        self.next_picture = 0.0;
+    }
+
+    /// What happened to parameters.
+    pub fn parameter_event(&self, event: ParameterEvent, complaints: &mut Complaints) {
+        send(&self.listeners, &self.parameter_events, complaints, || event);
+    }
+
+    /// Who listens, as of the last look.
+    pub fn listeners(&self) -> &Listeners {
+        &self.listeners
+    }
+
+    /// Of messages about the arena, now.
+    pub fn header(&self, arena: &Arena) -> Header {
+        Header { stamp: stamp(arena), frame_id: self.frame_id.clone() }
+    }
+
+    /// Takes note of who listens.
+    pub fn update_listeners(&mut self) {
+        self.listeners.update();
     }
 
     /// Whether somebody hears reports.
@@ -82,30 +197,81 @@ impl Outputs {
 
     /// How the last second went.
     pub fn report(&self, told: &Told, complaints: &mut Complaints) {
-        self.send(&self.error_report, complaints, || told.report.clone());
-        self.send(&self.diagnostics, complaints, || {
+        send(&self.listeners, &self.error_report, complaints, || told.report.clone());
+        send(&self.listeners, &self.diagnostics, complaints, || {
             let wall = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
             let stamp = Time { sec: wall.as_secs() as i32, nanosec: wall.subsec_nanos() };
             error_report::diagnostics(told, stamp)
         });
     }
 
-    /// Builds and publishes a message if somebody hears it.
-    fn send<M: RosMessage>(
-        &self,
-        publisher: &Publisher<M>,
+    /// When a part of a large message is to be sent.
+    pub fn due(&self) -> Option<Instant> {
+        let dues = [
+            self.corrected_velocities.waiting.due(),
+            self.contacts.waiting.due(),
+            self.arena_states.waiting.due(),
+        ];
+        dues.into_iter().flatten().min()
+    }
+
+    /// Sends the parts whose time has come.
+    pub fn send_waiting(&mut self, now: Instant, complaints: &mut Complaints) {
+        self.corrected_velocities.send_waiting(now, complaints);
+        self.contacts.send_waiting(now, complaints);
+        self.arena_states.send_waiting(now, complaints);
+    }
+
+    /// Large messages that were skipped, since the start.
+    pub fn dropped(&self) -> u64 {
+        self.corrected_velocities.waiting.dropped()
+            + self.contacts.waiting.dropped()
+            + self.arena_states.waiting.dropped()
+    }
+}
+
+impl<M: InParts + RosMessage> Large<M> {
+    fn open(ros: &mut Ros, topic: &str) -> Result<Self, DdsError> {
+        Ok(Self { publisher: ros.publisher(topic, DEPTH)?, waiting: Waiting::default() })
+    }
+
+    /// Builds and publishes a message, or its first part, if somebody hears it.
+    fn send(
+        &mut self,
+        listeners: &Listeners,
         complaints: &mut Complaints,
         message: impl FnOnce() -> M,
     ) {
-        if !self.listeners.hear(publisher) {
-            return;
-        }
-        if let Err(error) = publisher.publish(message()) {
-            complaints.unsent(publisher.topic(), &error);
+        if listeners.hear(&self.publisher) {
+            let first = self.waiting.take(message(), Instant::now());
+            first.into_iter().for_each(|part| put(&self.publisher, part, complaints));
         }
     }
 
-    fn header(&self, arena: &Arena) -> Header {
-        Header { stamp: Time::from_seconds(arena.now()), frame_id: self.frame_id.clone() }
+    fn send_waiting(&mut self, now: Instant, complaints: &mut Complaints) {
+        let part = self.waiting.next(now);
+        part.into_iter().for_each(|part| put(&self.publisher, part, complaints));
     }
+}
+
+/// Builds and publishes a message if somebody hears it.
+fn send<M: RosMessage>(
+    listeners: &Listeners,
+    publisher: &Publisher<M>,
+    complaints: &mut Complaints,
+    message: impl FnOnce() -> M,
+) {
+    if listeners.hear(publisher) {
+        put(publisher, message(), complaints);
+    }
+}
+
+fn put<M: RosMessage>(publisher: &Publisher<M>, message: M, complaints: &mut Complaints) {
+    if let Err(error) = publisher.publish(message) {
+        complaints.unsent(publisher.topic(), &error);
+    }
+}
+
+fn stamp(arena: &Arena) -> Time {
+    Time::from_seconds(arena.now())
 }

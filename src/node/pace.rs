@@ -22,6 +22,11 @@ impl Pace {
         Self { factor, wall: start, simulated: 0.0 }
     }
 
+    /// From now on another factor; how far the simulation has come stays.
+    pub fn change(&mut self, factor: f64, simulated: f64, now: Instant) {
+        *self = Self { factor, wall: now, simulated };
+    }
+
     /// The simulated time due at an instant, s.
     pub fn due(&self, now: Instant) -> f64 {
         if self.factor == 0.0 {

@@ -40,6 +40,12 @@ impl Status {
         if self.terminal { TERMINAL_PERIOD } else { LOG_PERIOD }
     }
 
+    /// Counts from now on: the arena is another, or its time was set back.
+    pub fn restart(&mut self, arena: Option<&Arena>, now: Instant) {
+        (self.last, self.last_time) = (now, arena.map_or(0.0, Arena::now));
+        self.last_contacts = self.contacts(arena);
+    }
+
     /// Counts an answered message.
     pub fn count_message(&mut self, contacts: usize) {
         self.messages += 1;

@@ -168,7 +168,7 @@ impl Interval {
             step_mean_s: steps.mean(),
             step_p99_s: steps.quantile(0.99),
             step_max_s: steps.max(),
-            contacts_per_second: (totals.contacts - before.contacts) as f64 / wall,
+            contacts_per_second: totals.contacts.saturating_sub(before.contacts) as f64 / wall,
             real_time_factor_asked: facts.real_time_factor_asked,
             real_time_factor: (totals.simulated - before.simulated) / wall,
             energy: arena.map_or(0.0, Arena::kinetic_energy),

@@ -3,6 +3,10 @@
 
 pub mod error_report;
 
+pub mod markers;
+
+pub mod odometry;
+
 use glam::DVec2;
 
 use crate::messages::{

@@ -9,8 +9,8 @@ use std::collections::HashMap;
 
 use glam::DVec2;
 
-use crate::messages::{CircleState, CircleStates, Contact, Twist};
-use crate::world::{Defect, Disc, DiscId, Report, limits};
+use crate::messages::{CircleState, CircleStates, Contact, Odometry, Twist};
+use crate::world::{Defect, Disc, DiscId, Report, Wanted, limits};
 
 pub use cause::{Cause, Refused};
 
@@ -92,12 +92,54 @@ fn disc(circle: &CircleState) -> Result<Disc, BadCircle> {
     disc.refusal().map_or(Ok(disc), |defect| Err(defect.into()))
 }
 
-/// The velocity that a Twist asks for, m/s in the frame of the arena.
+/// Where a robot is, by its odometry.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Standing {
+    /// Centre, m, in the frame of the odometry.
+    pub position: DVec2,
+    /// Velocity, m/s, in the same frame.
+    pub velocity: DVec2,
+    /// Where it looks at, rad, 0 along x, against the clock.
+    pub heading: f64,
+}
+
+/// Where a robot is and how fast, in the frame of its odometry; its twist comes in its own.
+///
+/// # Errors
+/// [`Defect`] of a number that is none.
+pub fn standing(odom: &Odometry) -> Result<Standing, Defect> {
+    let (pose, twist) = (&odom.pose.pose, &odom.twist.twist);
+    let q = &pose.orientation;
+    for (field, value) in [
+        ("position.x", pose.position.x),
+        ("position.y", pose.position.y),
+        ("orientation.x", q.x),
+        ("orientation.y", q.y),
+        ("orientation.z", q.z),
+        ("orientation.w", q.w),
+        ("linear.x", twist.linear.x),
+        ("linear.y", twist.linear.y),
+    ] {
+        if !value.is_finite() {
+            return Err(Defect { field, value, wanted: "a finite number" });
+        }
+    }
+    // The yaw of a rotation of any length; of none at all it is 0.
+    let heading =
+        (2.0 * (q.w * q.z + q.x * q.y)).atan2(q.w * q.w + q.x * q.x - q.y * q.y - q.z * q.z);
+    let own = DVec2::new(twist.linear.x, twist.linear.y);
+    let position = DVec2::new(pose.position.x, pose.position.y);
+    Ok(Standing { position, velocity: DVec2::from_angle(heading).rotate(own), heading })
+}
+
+/// What a Twist asks a driven puck for; that it shall leave the plane is not heard.
 ///
 /// # Errors
 /// [`Defect`] when it is not finite.
-pub fn velocity(twist: &Twist) -> Result<DVec2, Defect> {
-    for (field, value) in [("linear.x", twist.linear.x), ("linear.y", twist.linear.y)] {
+pub fn wanted(twist: &Twist) -> Result<Wanted, Defect> {
+    let Twist { linear, angular } = twist;
+    for (field, value) in [("linear.x", linear.x), ("linear.y", linear.y), ("angular.z", angular.z)]
+    {
         if !value.is_finite() {
             return Err(Defect { field, value, wanted: "a finite number" });
         }
@@ -105,5 +147,5 @@ pub fn velocity(twist: &Twist) -> Result<DVec2, Defect> {
             return Err(Defect { field, value, wanted: "1e60 at most" });
         }
     }
-    Ok(DVec2::new(twist.linear.x, twist.linear.y))
+    Ok(Wanted { linear: DVec2::new(linear.x, linear.y), angular: angular.z })
 }

@@ -16,7 +16,7 @@ use crate::messages::Contact;
 use crate::plan::budget::{self, Wish};
 use crate::plan::parts::Parts;
 use crate::plan::{BroadPhase, Method};
-use crate::world::{Disc, Pace, Periodic, Settings, Walls, limits};
+use crate::world::{Disc, Drive, Model, Pace, Periodic, Settings, Walls, limits};
 
 /// Grey: the colour of pucks that name none.
 const DEFAULT_COLOUR: [u8; 4] = [128, 128, 128, 255];
@@ -64,6 +64,25 @@ struct PuckFile {
     mass: Option<f64>,
     colour: Option<Spanned<String>>,
     driven: Option<bool>,
+    drive: Option<Spanned<DriveFile>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct DriveFile {
+    model: Option<DriveModel>,
+    speed_max: Option<Spanned<f64>>,
+    acceleration_max: Option<Spanned<f64>>,
+    turn_max: Option<Spanned<f64>>,
+    turn_acceleration_max: Option<Spanned<f64>>,
+    heading: Option<Spanned<f64>>,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum DriveModel {
+    Holonomic,
+    Differential,
 }
 
 #[derive(Deserialize)]
@@ -94,6 +113,7 @@ struct NodeFile {
     publish_rate_hz: Option<Spanned<f64>>,
     stale_after_s: Option<Spanned<f64>>,
     contact_margin_m: Option<Spanned<f64>>,
+    command_timeout_s: Option<Spanned<f64>>,
     frame_id: Option<String>,
     circle_topics: Option<Spanned<Vec<String>>>,
     error: Option<Spanned<f64>>,
@@ -113,25 +133,59 @@ enum RunTime {
 /// # Errors
 /// [`SceneError`] with line and column.
 pub fn parse(text: &str, file: &str) -> Result<Scene, SceneError> {
-    let scene: SceneFile = serde_saphyr::from_str(text).map_err(|error| {
-        let place = error.location().map(|place| (place.line(), place.column()));
-        // The library shows the lines around it and repeats the place: one line is our rule.
-        let message = error.without_snippet().to_string().replace('\n', " ");
-        // The place stands in front already.
-        let message = match message.rsplit_once(" at line ") {
-            Some((what, _)) => what.to_owned(),
-            None => message,
-        };
-        SceneError { file: file.to_owned(), place, message }
-    })?;
-    Reader {
-        file,
-        names: HashSet::new(),
-        ids: HashSet::new(),
-        next_id: limits::FIRST_PUCK_ID,
-        pucks: Vec::new(),
+    let scene: SceneFile = serde_saphyr::from_str(text).map_err(|e| unreadable(&e, file))?;
+    Reader::new(file).read(&scene)
+}
+
+/// A puck without a place, such as a program adds to an arena.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TemplateFile {
+    name: Option<Spanned<String>>,
+    #[serde(default)]
+    velocity: [f64; 2],
+    radius: f64,
+    mass: Option<f64>,
+    colour: Option<Spanned<String>>,
+    driven: Option<bool>,
+    drive: Option<Spanned<DriveFile>>,
+}
+
+/// Reads a puck without a place from YAML: the keys of a scene's puck, of which `radius` is
+/// required. Its id is 0 and it stands at the origin; its name is empty if it has none.
+///
+/// # Errors
+/// [`SceneError`] with line and column; `file` is what the text is called in it.
+pub fn parse_puck(text: &str, file: &str) -> Result<Puck, SceneError> {
+    let template: TemplateFile = serde_saphyr::from_str(text).map_err(|e| unreadable(&e, file))?;
+    let mut reader = Reader::new(file);
+    let name = template.name.as_ref().map(|name| reader.name(name)).transpose()?;
+    let disc = Disc {
+        id: 0,
+        position: DVec2::ZERO,
+        velocity: DVec2::from_array(template.velocity),
+        radius: template.radius,
+        mass: template.mass.unwrap_or(1.0),
+    };
+    if let Some(defect) = disc.refusal() {
+        return Err(reader.error(None, defect.to_string()));
     }
-    .read(&scene)
+    let colour = reader.colour(&template.colour)?;
+    let (driven, drive) = reader.drive(template.driven.unwrap_or(true), &template.drive)?;
+    let (name, namespace) = (name.unwrap_or_default(), String::new());
+    Ok(Puck { name, namespace, disc, colour, driven, drive })
+}
+
+/// The library's words in one line, with the place in front.
+fn unreadable(error: &serde_saphyr::Error, file: &str) -> SceneError {
+    let place = error.location().map(|place| (place.line(), place.column()));
+    // The library shows the lines around it and repeats the place.
+    let message = error.without_snippet().to_string().replace('\n', " ");
+    let message = match message.rsplit_once(" at line ") {
+        Some((what, _)) => what.to_owned(),
+        None => message,
+    };
+    SceneError { file: file.to_owned(), place, message }
 }
 
 /// Checks a scene and builds it.
@@ -146,7 +200,12 @@ struct Reader<'a> {
 
 type Checked<T> = Result<T, SceneError>;
 
-impl Reader<'_> {
+impl<'a> Reader<'a> {
+    fn new(file: &'a str) -> Self {
+        let (names, ids, pucks) = (HashSet::new(), HashSet::new(), Vec::new());
+        Self { file, names, ids, next_id: limits::FIRST_PUCK_ID, pucks }
+    }
+
     fn read(mut self, scene: &SceneFile) -> Checked<Scene> {
         let restitution = self.fraction("restitution", &scene.restitution, 1.0)?;
         let walls = match &scene.walls {
@@ -176,6 +235,7 @@ impl Reader<'_> {
             pace: self.pace(scene)?,
             contact_margin: self.at_least_0("contact_margin_m", &node.contact_margin_m, 0.0)?,
             stale_after: self.above_0("stale_after_s", &node.stale_after_s, stale_default)?,
+            command_timeout: self.at_least_0("command_timeout_s", &node.command_timeout_s, 0.0)?,
             keep: Parts::NONE,
         };
         self.fits(periodic, scene)?;
@@ -278,10 +338,41 @@ impl Reader<'_> {
                 return Err(self.error(place, message));
             }
             let colour = self.colour(&puck.colour)?;
-            let driven = puck.driven.unwrap_or(true);
-            self.pucks.push(Puck { name, disc, colour, driven });
+            let (driven, drive) = self.drive(puck.driven.unwrap_or(true), &puck.drive)?;
+            self.pucks.push(Puck { name, namespace: String::new(), disc, colour, driven, drive });
         }
         self.no_overlaps(pucks)
+    }
+
+    /// How a puck is driven, if it is.
+    fn drive(&self, driven: bool, file: &Option<Spanned<DriveFile>>) -> Checked<(bool, Drive)> {
+        let Some(Spanned { value: file, referenced, .. }) = file else {
+            return Ok((driven, Drive::default()));
+        };
+        if !driven {
+            let message = "drive: only with driven: true".to_owned();
+            return Err(self.error(Some(*referenced), message));
+        }
+        let model = match file.model {
+            Some(DriveModel::Holonomic) => Model::Holonomic,
+            Some(DriveModel::Differential) => Model::Differential,
+            None => {
+                let message = "drive: needs a model, holonomic or differential".to_owned();
+                return Err(self.error(Some(*referenced), message));
+            }
+        };
+        let limit =
+            |key: &str, value| self.number(key, value, f64::INFINITY, |x| x > 0.0, "above 0");
+        let turn = |x: f64| x.abs() <= std::f64::consts::TAU;
+        let drive = Drive {
+            model,
+            speed_max: limit("speed_max", &file.speed_max)?,
+            acceleration_max: limit("acceleration_max", &file.acceleration_max)?,
+            turn_max: limit("turn_max", &file.turn_max)?,
+            turn_acceleration_max: limit("turn_acceleration_max", &file.turn_acceleration_max)?,
+            heading: self.number("heading", &file.heading, 0.0, turn, "a turn at most, in rad")?,
+        };
+        Ok((driven, drive))
     }
 
     fn no_overlaps(&self, pucks: &[Spanned<PuckFile>]) -> Checked<()> {
@@ -325,8 +416,9 @@ impl Reader<'_> {
                 if !self.names.insert(name.clone()) {
                     return Err(self.error(place, format!("the name `{name}` is taken")));
                 }
-                let driven = file.driven.unwrap_or(false);
-                self.pucks.push(Puck { name, disc, colour, driven });
+                let (driven, drive) = (file.driven.unwrap_or(false), Drive::default());
+                let namespace = String::new();
+                self.pucks.push(Puck { name, namespace, disc, colour, driven, drive });
             }
         }
         Ok(())
@@ -511,7 +603,7 @@ impl Reader<'_> {
 }
 
 /// Whether a word may stand between the slashes of a topic name.
-fn is_token(word: &str) -> bool {
+pub fn is_token(word: &str) -> bool {
     let letters = word.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
     let begins_well = word.starts_with(|c: char| c.is_ascii_alphabetic());
     letters && begins_well && !word.contains("__")

@@ -19,7 +19,7 @@ use std::io::Read;
 
 use crate::plan::budget::Wish;
 use crate::plan::{Method, Plan};
-use crate::world::{Disc, Settings, World, limits};
+use crate::world::{Disc, Drive, Settings, World, limits};
 
 /// Everything that a run begins with.
 #[derive(Clone, Debug)]
@@ -80,7 +80,10 @@ impl Scene {
     /// The world at time 0.
     pub fn world(&self) -> World {
         let discs: Vec<Disc> = self.pucks.iter().map(|puck| puck.disc).collect();
-        World::new(self.settings, &discs)
+        let mut world = World::new(self.settings, &discs);
+        let driven = self.pucks.iter().filter(|puck| puck.driven);
+        driven.for_each(|puck| world.drive(puck.disc.id, puck.drive));
+        world
     }
 }
 
@@ -89,12 +92,25 @@ impl Scene {
 pub struct Puck {
     /// Its name, a token of topic names.
     pub name: String,
+    /// The namespace of its topics, without slashes at its ends; mostly none.
+    pub namespace: String,
     /// Its id and its state at time 0.
     pub disc: Disc,
     /// Red, green, blue, opacity.
     pub colour: [u8; 4],
-    /// Whether `pucks/<name>/cmd_vel` sets its velocity.
+    /// Whether `pucks/<name>/cmd_vel` drives it.
     pub driven: bool,
+    /// How it follows that.
+    pub drive: Drive,
+}
+
+impl Puck {
+    /// The name of a topic of its own, such as `cmd_vel`.
+    pub fn topic(&self, last: &str) -> String {
+        let Self { namespace, name, .. } = self;
+        let slash = if namespace.is_empty() { "" } else { "/" };
+        format!("{namespace}{slash}pucks/{name}/{last}")
+    }
 }
 
 /// How the node runs a scene.

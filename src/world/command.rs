@@ -4,6 +4,7 @@ use glam::DVec2;
 
 use super::contact::Contact;
 use super::disc::{Defect, Disc, DiscId};
+use super::drives::Wanted;
 use crate::detect::TooManyPairs;
 use crate::motion::arena::Halt;
 
@@ -18,6 +19,13 @@ pub enum Command {
         id: DiscId,
         /// Its velocity, m/s.
         velocity: DVec2,
+    },
+    /// A driven puck shall go this way from now on, within the limits of its drive.
+    Drive {
+        /// The puck.
+        id: DiscId,
+        /// Where to.
+        wanted: Wanted,
     },
     /// One more simulated puck, from now on.
     AddPuck(Disc),

@@ -80,11 +80,17 @@ pub const GROUP_CONTACTS: usize = 24;
 /// Most pair checks over all rounds for one message, which bounds the time of an answer.
 pub const CONTACT_CHECKS: usize = 50_000_000;
 
+/// Overlap that two pucks of a running arena may have by rounding, in the sum of their radii.
+pub const OVERLAP_OF_ROUNDING: f64 = 1e-9;
+
 /// Time after which an observed circle leaves the world if nobody reports it, s.
 pub const STALE_AFTER_S: f64 = 0.5;
 
 /// Rate of `arena_states`, 1/s of simulated time.
 pub const PUBLISH_RATE_HZ: f64 = 60.0;
+
+/// First id of robots that report themselves by `odom`: below those of pucks.
+pub const FIRST_ROBOT_ID: u32 = 900_000;
 
 /// First id of pucks that a scene does not number: far above what publishers tend to use.
 pub const FIRST_PUCK_ID: u32 = 1_000_000;

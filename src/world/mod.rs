@@ -7,6 +7,7 @@
 mod command;
 mod contact;
 mod disc;
+mod drives;
 mod observed;
 mod periodic;
 mod walls;
@@ -18,6 +19,7 @@ use std::collections::HashSet;
 pub use command::{Answer, Command, Instants, NotDone, Outcome, Refusal, Report};
 pub use contact::{Contact, Partner};
 pub use disc::{Defect, Disc, DiscId};
+pub use drives::{Drive, Model, Pose, Wanted};
 pub use periodic::Periodic;
 pub use walls::{Side, Walls};
 
@@ -28,6 +30,7 @@ use crate::motion::arena::Arena;
 use crate::plan::parts::{Part, Parts};
 use crate::plan::{Method, Plan};
 use crate::resolve;
+use drives::Drives;
 use observed::Observed;
 
 /// Whose word counts for a disc's state.
@@ -64,6 +67,9 @@ pub struct Settings {
     pub contact_margin: f64,
     /// Observed circles not heard of for so long leave the world, s.
     pub stale_after: f64,
+    /// A command to a driven puck is over after so long, s of simulated time, and the puck stops; 0
+    /// = never.
+    pub command_timeout: f64,
     /// Parts to be built though nothing needs them: no bit of a result changes.
     pub keep: Parts,
 }
@@ -105,6 +111,7 @@ impl Default for Settings {
             pace: Pace::default(),
             contact_margin: 0.0,
             stale_after: limits::STALE_AFTER_S,
+            command_timeout: 0.0,
             keep: Parts::NONE,
         }
     }
@@ -119,6 +126,7 @@ pub struct World {
     /// Observed circles as the last answer left them: kept for its memory only.
     scratch: Vec<Disc>,
     pucks: HashSet<DiscId>,
+    drives: Drives,
     arena: Option<Arena>,
 }
 
@@ -132,7 +140,18 @@ impl World {
         let arena = (!pucks.is_empty()).then(|| Arena::new(&plan, plan.laws(&settings), pucks));
         let pucks = pucks.iter().map(|puck| puck.id).collect();
         let (observed, scratch) = (Observed::default(), Vec::new());
-        Self { settings, plan, observed, scratch, pucks, arena }
+        let drives = Drives::new(settings.pace.tick, settings.command_timeout);
+        Self { settings, plan, observed, scratch, pucks, drives, arena }
+    }
+
+    /// A puck is driven from now on: [`Command::Drive`] says where to.
+    pub fn drive(&mut self, id: DiscId, drive: Drive) {
+        self.drives.add(id, drive);
+    }
+
+    /// Heading and turning rate of a driven puck.
+    pub fn pose(&self, id: DiscId) -> Option<Pose> {
+        self.drives.pose(id)
     }
 
     /// One step: what was asked, what touches, what that does, what time brings.
@@ -171,9 +190,37 @@ impl World {
         }
     }
 
+    /// The observed circles, as they were last reported.
+    pub fn observed(&self) -> &[Disc] {
+        self.observed.discs()
+    }
+
     /// Observed circles held at present.
     pub fn observed_count(&self) -> usize {
         self.observed.discs().len()
+    }
+
+    /// Observed circles not heard of for so long leave from now on, s.
+    pub fn set_stale_after(&mut self, stale_after: f64) {
+        self.settings.stale_after = stale_after;
+        self.observed.look_again();
+    }
+
+    /// Commands are over after so long from now on, s of simulated time; 0 = never.
+    pub fn set_command_timeout(&mut self, timeout: f64) {
+        self.settings.command_timeout = timeout;
+        self.drives.set_timeout(timeout);
+    }
+
+    /// Observed circles with a gap up to this count as in contact from now on, m.
+    pub fn set_contact_margin(&mut self, contact_margin: f64) {
+        self.settings.contact_margin = contact_margin;
+    }
+
+    /// Forgets all observed circles: the clock by which they are stale has jumped back.
+    pub fn forget_observed(&mut self) {
+        let all = self.observed.clear();
+        self.arena.iter_mut().for_each(|arena| arena.forget(&all));
     }
 
     fn forget_stale(&mut self, now: f64) {
@@ -188,11 +235,15 @@ impl World {
         let arena = match (&mut self.arena, command) {
             (Some(arena), _) => arena,
             // Nobody is there who could have a velocity.
-            (None, Command::SetVelocity { .. }) => return Ok(()),
+            (None, Command::SetVelocity { .. } | Command::Drive { .. }) => return Ok(()),
             (None, _) => return Err(NotDone::NoArena),
         };
         match *command {
             Command::SetVelocity { id, velocity } => arena.set_velocity(id, velocity),
+            Command::Drive { id, wanted } => {
+                let at_once = self.drives.command(id, wanted, arena.now());
+                at_once.into_iter().for_each(|velocity| arena.set_velocity(id, velocity));
+            }
             Command::AddPuck(puck) => {
                 if self.pucks.len() >= limits::PUCKS_PER_SCENE {
                     return Err(NotDone::TooMany);
@@ -206,6 +257,7 @@ impl World {
             Command::RemovePuck { id } => {
                 arena.remove(id)?;
                 self.pucks.remove(&id);
+                self.drives.remove(id);
             }
             Command::PlacePuck { id, position, velocity } => arena.place(id, position, velocity)?,
             Command::MoveWalls { min, max } => {
@@ -274,7 +326,16 @@ impl World {
     /// Advance: moves the arena on; contacts with observed circles become corrections.
     fn advance(&mut self, until: f64, outcome: &mut Outcome) {
         let Some(arena) = &mut self.arena else { return };
-        outcome.stall = arena.advance(until, &mut outcome.contacts).err();
+        while let (Some(tick), None) = (self.drives.due(arena.now(), until), outcome.stall) {
+            outcome.stall = arena.advance(tick, &mut outcome.contacts).err();
+            if outcome.stall.is_none() {
+                let driven = self.drives.follow(tick, arena.discs(Owner::Simulated));
+                driven.into_iter().for_each(|(id, velocity)| arena.set_velocity(id, velocity));
+            }
+        }
+        if outcome.stall.is_none() {
+            outcome.stall = arena.advance(until, &mut outcome.contacts).err();
+        }
         if self.observed.discs().is_empty() {
             return;
         }

@@ -83,6 +83,16 @@ impl Observed {
         dropped
     }
 
+    /// Circles may be stale earlier than it was thought.
+    pub fn look_again(&mut self) {
+        self.next_look = 0.0;
+    }
+
+    /// Forgets all of them, as if nobody had ever reported any; returns their ids.
+    pub fn clear(&mut self) -> HashSet<DiscId> {
+        std::mem::take(self).places.into_keys().collect()
+    }
+
     fn remove(&mut self, k: usize) -> DiscId {
         let id = self.discs.swap_remove(k).id;
         self.heard_at.swap_remove(k);

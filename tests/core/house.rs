@@ -99,6 +99,7 @@ fn borders_hold() {
                     "src/scene/mod.rs",
                     "src/check/files.rs",
                     "src/bench/mod.rs",
+                    "src/node/arguments.rs",
                     "src/report/folder.rs",
                     "src/report/machine.rs",
                 ]),

@@ -4,6 +4,7 @@ mod budget;
 mod common;
 mod detect;
 mod drag;
+mod drives;
 mod edits;
 mod error_report;
 mod events;

@@ -1,7 +1,7 @@
 //! Receiving: good circles pass, bad ones are named.
 
 use carom::messages::{CircleState, CircleStates, Contact, Header, Time, Twist};
-use carom::receive::{BadCircle, report, velocity};
+use carom::receive::{BadCircle, report, wanted};
 
 fn circle(id: u32) -> CircleState {
     CircleState { id, x: 1.0, y: 2.0, vx: 3.0, vy: 4.0, radius: 0.5, mass: 1.0 }
@@ -66,9 +66,9 @@ fn oversized_messages_are_refused_whole() {
 fn commands_must_be_finite() {
     let mut twist = Twist::default();
     twist.linear.x = 1.5;
-    assert_eq!(velocity(&twist).expect("finite").x, 1.5);
+    assert_eq!(wanted(&twist).expect("finite").linear.x, 1.5);
     twist.linear.y = f64::NAN;
-    assert_eq!(velocity(&twist).expect_err("NaN").field, "linear.y");
+    assert_eq!(wanted(&twist).expect_err("NaN").field, "linear.y");
 }
 
 #[test]

@@ -64,9 +64,9 @@ fn reference(all: &[Measured]) -> String {
         "The true places are those of a judge that shares no line with any method: from the list \
          of who met whom (found by the plain method) it retells the run in 300 bits, and verifies \
          that each pair touches and approaches at its turn and that no two discs ever overlap; \
-         there is one such path only. Here, {}. That is far below a radius: the second ends long before \
-         the horizon beyond which no double knows where a disc is. Longer runs are judged by \
-         energy and statistics only, further below.",
+         there is one such path only. Here, {}. That is far below a radius: the second ends long \
+         before the horizon beyond which no double knows where a disc is. Longer runs are judged \
+         by energy and statistics only, further below.",
         each.join("; ")
     )
 }

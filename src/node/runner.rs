@@ -1,0 +1,457 @@
+//! The loop: whatever arrives changes the stage between two steps; every tick the stage is told to
+//! whoever listens.
+
+use std::time::{Duration, Instant, SystemTime};
+
+use futures::StreamExt;
+use glam::DVec2;
+use ros2_client::ParameterValue;
+use tokio::time::MissedTickBehavior;
+
+use super::complaints::Complaints;
+use super::dds::{DdsError, Received, Ros};
+use super::inputs::{Input, Inputs};
+use super::live::Live;
+use super::outputs::Outputs;
+use super::parameters::Parameters;
+use super::parameters::declared::{self, Change};
+use super::parameters::services::{self as parameter_services, Changed, ParameterEvent};
+use super::robots::Robots;
+use super::simulation::services::{self as simulation_services, Effect, Request};
+use super::simulation::steps::{Steps, Telling};
+use super::stage::Stage;
+use super::status::Status;
+use super::timeline::Timeline;
+use super::{NodeError, RunOptions, Stop};
+use crate::messages::{CircleStates, Header, Odometry, Time};
+use crate::motion::arena::{Arena, Halt};
+use crate::publish::error_report::Totals;
+use crate::receive::{self, Cause, Standing};
+use crate::scene::Scene;
+use crate::world::{Command, DiscId, Instants, Outcome, Report};
+
+/// A stalled arena tries to go on after this.
+const STALL_RETRY: Duration = Duration::from_millis(100);
+/// The clock is told so often where it stands still.
+const CLOCK_PERIOD: Duration = Duration::from_millis(100);
+
+/// The loop and all that it keeps.
+pub struct Runner<'a> {
+    ros: &'a mut Ros,
+    inputs: Inputs,
+    outputs: Outputs,
+    stage: Stage,
+    steps: Steps,
+    robots: Robots,
+    parameters: Parameters,
+    /// The node's whole name.
+    name: String,
+    end: Option<f64>,
+    start: Instant,
+    /// The time by `/clock`, s, where that is to be used and was heard.
+    sim_time: Option<f64>,
+    stall: Option<Halt>,
+    retry_at: Instant,
+    /// When the last step ended.
+    stepped_at: Instant,
+    quit: bool,
+    status: Status,
+    complaints: Complaints,
+    live: Live,
+    /// Messages that never reached the loop.
+    dropped: u64,
+}
+
+impl<'a> Runner<'a> {
+    /// At the beginning of a scene.
+    pub fn new(
+        scene: Scene,
+        parameters: Parameters,
+        (mut inputs, outputs): (Inputs, Outputs),
+        ros: &'a mut Ros,
+        options: &RunOptions,
+    ) -> Result<Self, DdsError> {
+        let start = Instant::now();
+        let RunOptions { rate, seconds, .. } = *options;
+        let time = Timeline::new(rate, scene.node.publish_rate_hz, seconds, start);
+        let steps = Steps::open(ros)?;
+        let robots = Robots::open(ros, &parameters)?;
+        inputs.hear(ros, &robots)?;
+        inputs.add(steps.requests().map(Input::Steps).boxed_local());
+        Ok(Self {
+            ros,
+            inputs,
+            outputs,
+            live: Live::new(&scene, start),
+            stage: Stage::new(scene, time),
+            steps,
+            robots,
+            parameters,
+            name: options.start.names.to_string(),
+            end: seconds,
+            start,
+            sim_time: None,
+            stall: None,
+            retry_at: start,
+            stepped_at: start,
+            quit: false,
+            status: Status::new(start),
+            complaints: Complaints::new(start),
+            dropped: 0,
+        })
+    }
+
+    /// Until the end, or until it is asked to stop.
+    pub async fn run(mut self, mut stop: Stop) -> Result<(), NodeError> {
+        let mut status = tokio::time::interval(self.status.period());
+        status.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        status.tick().await;
+        let mut clock = tokio::time::interval(CLOCK_PERIOD);
+        clock.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        let scene = self.stage.scene();
+        tracing::info!("{}: {} pucks", scene.name, scene.pucks.len());
+        self.tell_parameters(self.parameters.all().collect(), Vec::new());
+        while !self.is_over() {
+            let wake = self.next_wake();
+            tokio::select! {
+                biased;
+                () = stop.asked() => break,
+                _ = status.tick() => self.status.write(self.stage.world().arena(), Instant::now()),
+                Some(input) = self.inputs.next() => self.handle(input),
+                _ = clock.tick(), if self.stands_still() => self.tell_time(),
+                () = wake_at(wake) => {}
+            }
+            let now = Instant::now();
+            self.tick_if_due(now);
+            self.report_if_due(now);
+            self.outputs.send_waiting(now, &mut self.complaints);
+        }
+        self.complaints.settle();
+        self.status.finish(self.stage.world().arena(), Instant::now());
+        match (self.stall, self.end) {
+            (Some(stall), Some(_)) => Err(stall.into()),
+            _ => Ok(()),
+        }
+    }
+
+    fn arena(&self) -> Option<&Arena> {
+        self.stage.world().arena()
+    }
+
+    fn is_over(&self) -> bool {
+        let at_end = |end: f64| match self.arena() {
+            Some(arena) => arena.now() >= end || self.stall.is_some(),
+            None => self.start.elapsed().as_secs_f64() >= end,
+        };
+        self.quit || self.end.is_some_and(at_end)
+    }
+
+    fn stands_still(&self) -> bool {
+        self.stall.is_some() || self.stage.time.is_paused()
+    }
+
+    /// When the loop has something to do without a message.
+    fn next_wake(&self) -> Instant {
+        let now = Instant::now();
+        let wake = match self.arena() {
+            Some(_) if self.stall.is_none() => self.stage.time.wake(now),
+            Some(_) => now + STALL_RETRY,
+            None => {
+                let end = self.end.unwrap_or(f64::INFINITY);
+                let left = (end - self.start.elapsed().as_secs_f64()).clamp(0.0, 3_600.0);
+                now + Duration::from_secs_f64(left)
+            }
+        };
+        let wake = wake.min(self.live.due());
+        self.outputs.due().map_or(wake, |due| wake.min(due))
+    }
+
+    /// Advances the arena to its next tick when that is due, and publishes its state there.
+    fn tick_if_due(&mut self, now: Instant) {
+        let tick = self.stage.time.next_tick();
+        let due = self.stage.time.due(now);
+        if self.arena().is_none() || due < tick || now < self.retry_at {
+            return;
+        }
+        let outcome = self.step(&[], tick);
+        self.arena_outcome(&outcome);
+        let reached = self.arena().map_or(0.0, |arena| arena.now());
+        if self.stage.time.reach(reached, self.stepped_at) {
+            self.outputs.tick(&self.stage, &mut self.complaints);
+            self.stall = None;
+            let told = self.steps.made_one();
+            self.tell(told);
+        }
+    }
+
+    /// Says how the last second went, if somebody listens.
+    fn report_if_due(&mut self, now: Instant) {
+        if now < self.live.due() {
+            return;
+        }
+        let arena = self.stage.world().arena();
+        let totals = Totals {
+            simulated: arena.map_or(0.0, Arena::now),
+            contacts: self.status.contacts(arena),
+            refused: self.complaints.refused(),
+            dropped_in: self.dropped,
+            dropped_out: self.complaints.unsent_count() + self.outputs.dropped(),
+        };
+        let asked = if self.stage.time.is_paused() { 0.0 } else { self.stage.time.rate() };
+        let is_heard = self.outputs.reports_are_heard();
+        let told = self.live.tell(is_heard, (totals, asked), &mut self.stage, now);
+        told.iter().for_each(|told| self.outputs.report(told, &mut self.complaints));
+    }
+
+    fn handle(&mut self, input: Input) {
+        match input {
+            Input::Circles { topic, received } => {
+                if let Some(message) = self.read(&topic, received) {
+                    self.observe(&topic, message);
+                }
+            }
+            Input::Odometry { topic, id, received } => {
+                let Some(odom) = self.read(&topic, *received) else { return };
+                match receive::standing(&odom) {
+                    Ok(standing) => self.hear_robot(&topic, id, (odom, standing)),
+                    Err(error) => self.complaints.refuse(&topic, Cause::from(&error), &error),
+                }
+            }
+            Input::Velocity { topic, id, received } => {
+                let Some(twist) = self.read(&topic, received) else { return };
+                match receive::wanted(&twist) {
+                    Ok(wanted) => drop(self.command(Command::Drive { id, wanted })),
+                    Err(error) => self.complaints.refuse(&topic, Cause::from(&error), &error),
+                }
+            }
+            Input::Clock(received) => {
+                if let Some(clock) = self.read("/clock", received) {
+                    self.hear_clock(clock.clock);
+                }
+            }
+            Input::Parameters(Ok(request)) => self.serve_parameters(&request),
+            Input::Simulation(Ok(request)) => self.serve_simulation(request),
+            Input::Steps(Ok(request)) => {
+                let told = self.steps.act(request, &mut self.stage);
+                self.tell(Ok(told));
+            }
+            Input::Parameters(Err(error))
+            | Input::Simulation(Err(error))
+            | Input::Steps(Err(error)) => {
+                self.complaints.refuse("services", Cause::Undecodable, &error);
+            }
+        }
+    }
+
+    /// The message, if it can be read.
+    fn read<M>(&mut self, topic: &str, received: Received<M>) -> Option<M> {
+        self.dropped += received.dropped;
+        let refuse = |error| self.complaints.refuse(topic, Cause::Undecodable, &error);
+        received.message.map_err(refuse).ok()
+    }
+
+    fn observe(&mut self, topic: &str, message: CircleStates) {
+        let (report, bad) = match receive::report(&message) {
+            Ok(read) => read,
+            Err(error) => return self.complaints.refuse(topic, Cause::from(&error), &error),
+        };
+        for (id, reason) in bad {
+            let what = format_args!("circle {id}: {reason}");
+            self.complaints.refuse(topic, Cause::from(&reason), &what);
+        }
+        self.answer(topic, &message.header, report);
+    }
+
+    /// A robot is a circle that its own odometry reports.
+    fn hear_robot(&mut self, topic: &str, id: DiscId, (odom, standing): (Odometry, Standing)) {
+        let header = odom.header.clone();
+        let Some(disc) = self.robots.report(id, odom, standing) else { return };
+        if let Some(defect) = disc.refusal() {
+            return self.complaints.refuse(topic, Cause::from(&defect), &defect);
+        }
+        let report = Report { discs: vec![disc], time: header.stamp.as_seconds() };
+        self.answer(topic, &header, report);
+    }
+
+    fn answer(&mut self, topic: &str, header: &Header, report: Report) {
+        for answer in self.command(Command::Observe(report)).answers {
+            for (id, reason) in &answer.refused {
+                let what = format_args!("circle {id}: {reason}");
+                self.complaints.refuse(topic, Cause::from(reason), &what);
+            }
+            if let Some(error) = &answer.unresolved {
+                self.complaints.refuse(topic, Cause::from(error), error);
+            }
+            self.status.count_message(answer.contacts.len());
+            if !answer.contacts.is_empty() {
+                self.outputs.answer(header, &answer, &mut self.complaints);
+                self.correct_robots(header, &answer.velocities);
+            }
+        }
+    }
+
+    fn correct_robots(&mut self, header: &Header, velocities: &[(DiscId, DVec2)]) {
+        let failed = self.robots.correct(header, velocities, self.outputs.listeners());
+        for (name, error) in failed {
+            self.complaints.unsent(&name, &error);
+        }
+    }
+
+    /// Time that jumps back is that of another run: what was reported in the old one is over.
+    fn hear_clock(&mut self, clock: Time) {
+        if self.parameters.value("use_sim_time") != ParameterValue::Boolean(true) {
+            return;
+        }
+        let now = clock.as_seconds();
+        if self.sim_time.is_some_and(|before| now < before) {
+            self.stage.world_mut().forget_observed();
+        }
+        self.sim_time = Some(now);
+        self.step(&[], 0.0);
+    }
+
+    fn serve_parameters(&mut self, request: &parameter_services::Request) {
+        let scene = self.stage.scene();
+        let veto = |name: &str, value: &ParameterValue| declared::veto(scene, name, value);
+        let (changed, answered) = parameter_services::answer(request, &mut self.parameters, &veto);
+        if let Err(error) = answered {
+            self.complaints.unsent("parameters", &error);
+        }
+        if changed.is_empty() {
+            return;
+        }
+        for change in changed.iter().filter_map(|(name, value)| Change::of(name, value)) {
+            self.change(change);
+        }
+        self.tell_parameters(Vec::new(), changed);
+    }
+
+    fn change(&mut self, change: Change) {
+        let now = Instant::now();
+        match change {
+            Change::Rate(rate) => self.stage.time.set_rate(rate, now),
+            Change::PublishRate(rate) => self.stage.time.set_publish_rate(rate),
+            Change::StaleAfter(time) => self.stage.world_mut().set_stale_after(time),
+            Change::ContactMargin(margin) => self.stage.world_mut().set_contact_margin(margin),
+            Change::CommandTimeout(time) => self.stage.world_mut().set_command_timeout(time),
+            Change::UseSimTime(_) => {
+                // Two clocks tell nothing about each other.
+                self.stage.world_mut().forget_observed();
+                self.sim_time = None;
+            }
+        }
+    }
+
+    fn tell_parameters(&mut self, new: Changed, changed: Changed) {
+        let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
+        let stamp = Time::from_seconds(since.as_secs_f64());
+        let event = ParameterEvent::new(stamp, &self.name, new, changed);
+        self.outputs.update_listeners();
+        self.outputs.parameter_event(event, &mut self.complaints);
+    }
+
+    fn serve_simulation(&mut self, request: Request) {
+        let (effect, answered) = match request {
+            Request::StepSimulation(asked) => {
+                (Effect::default(), self.steps.ask(asked, &mut self.stage))
+            }
+            request => simulation_services::answer(&request, &mut self.stage),
+        };
+        if let Err(error) = answered {
+            self.complaints.unsent("simulation services", &error);
+        }
+        self.follow(&effect);
+    }
+
+    /// Topics, clocks and counts follow what was done to the stage.
+    fn follow(&mut self, effect: &Effect) {
+        self.quit |= effect.quit;
+        if effect.pucks {
+            let pucks = self.stage.pucks();
+            let followed = self
+                .inputs
+                .follow(self.ros, pucks)
+                .and_then(|()| self.outputs.follow(self.ros, pucks));
+            if let Err(error) = followed {
+                self.complaints.say("pucks", &error);
+            }
+        }
+        if effect.time {
+            let told = self.steps.interrupt();
+            self.tell(told);
+            self.stage.time.cancel_steps();
+            self.stall = None;
+            self.live.restart();
+            self.outputs.restart();
+            self.status.restart(self.stage.world().arena(), Instant::now());
+            self.tell_time();
+        }
+    }
+
+    /// Lets a client be told, when it comes for it.
+    fn tell(&mut self, told: Result<Option<Telling>, DdsError>) {
+        match told {
+            Ok(Some(telling)) => {
+                self.inputs.add(telling.map(|told| Input::Steps(Ok(told))).boxed_local());
+            }
+            Ok(None) => {}
+            Err(error) => self.complaints.unsent("step_simulation", &error),
+        }
+    }
+
+    fn tell_time(&mut self) {
+        self.outputs.update_listeners();
+        self.outputs.clock(&self.stage, &mut self.complaints);
+    }
+
+    /// Brings the arena to the present and gives it the command there.
+    fn command(&mut self, command: Command) -> Outcome {
+        let present = self.stage.time.due(Instant::now());
+        if self.arena().is_some() {
+            let before = self.step(&[], present);
+            self.arena_outcome(&before);
+        }
+        let outcome = self.step(&[command], present);
+        self.arena_outcome(&outcome);
+        outcome
+    }
+
+    fn step(&mut self, commands: &[Command], advance_to: f64) -> Outcome {
+        let begin = Instant::now();
+        let heard_at = self.sim_time.unwrap_or_else(|| (begin - self.start).as_secs_f64());
+        let outcome = self.stage.world_mut().step(commands, Instants { heard_at, advance_to });
+        self.stepped_at = Instant::now();
+        self.live.note(begin, self.stepped_at);
+        if let Some(arena) = self.stage.world().arena() {
+            let reached = arena.now();
+            self.stage.time.pass(reached);
+        }
+        if let Some(stall) = outcome.stall {
+            if self.stall.is_none() {
+                self.complaints.say("arena_states", &stall);
+            }
+            // It ends when discs are moved, or leave: that is tried now and then.
+            self.stall = Some(stall);
+            self.retry_at = Instant::now() + STALL_RETRY;
+        }
+        outcome
+    }
+
+    fn arena_outcome(&mut self, outcome: &Outcome) {
+        let Some(arena) = self.stage.world().arena() else { return };
+        self.outputs.arena_outcome(arena, outcome, &mut self.complaints);
+        if !outcome.corrections.is_empty() {
+            let header = self.outputs.header(arena);
+            self.correct_robots(&header, &outcome.corrections);
+        }
+    }
+}
+
+/// Sleeps until an instant; what is past costs no turn of the timer wheel, which is a millisecond.
+async fn wake_at(instant: Instant) {
+    if instant <= Instant::now() {
+        tokio::task::yield_now().await;
+    } else {
+        tokio::time::sleep_until(instant.into()).await;
+    }
+}

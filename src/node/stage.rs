@@ -1,0 +1,323 @@
+//! The stage: the world, the pucks by name, and whether time passes. What may be done to them while
+//! the node runs is done here, whole or not at all.
+//!
+//! It knows no topic and no service: those who ask turn their messages into calls.
+
+use std::collections::HashSet;
+use std::time::Instant;
+
+use glam::DVec2;
+
+use super::timeline::Timeline;
+use crate::scene::file::is_token;
+use crate::scene::{Puck, Scene};
+use crate::world::{Command, Disc, DiscId, Instants, NotDone, Owner, Settings, World, limits};
+
+/// What the simulation does, as simulation_interfaces has it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum State {
+    /// At the start, and time stands still.
+    Stopped,
+    /// Time passes.
+    Playing,
+    /// Time stands still.
+    Paused,
+    /// There is no scene.
+    NoWorld,
+}
+
+/// What a reset brings back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Scope {
+    /// Time is 0 again.
+    pub time: bool,
+    /// Pucks are where and as fast as they were first.
+    pub state: bool,
+    /// Pucks that were added are gone, and those that were taken away are back.
+    pub spawned: bool,
+}
+
+/// Everything.
+pub const ALL: Scope = Scope { time: true, state: true, spawned: true };
+
+/// Why a puck is not added.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum NotAdded {
+    /// The name is in use.
+    #[error("the name `{0}` is taken; allow renaming, or choose another")]
+    Taken(String),
+    /// It is no name.
+    #[error("name `{0}`: letters, digits and single _, not beginning with a digit")]
+    Name(String),
+    /// The arena does not take it there.
+    #[error(transparent)]
+    NotDone(#[from] NotDone),
+}
+
+/// The world and its pucks.
+pub struct Stage {
+    /// As it was loaded: a reset goes back to it.
+    scene: Scene,
+    /// Those that are there, as they were when they came.
+    pucks: Vec<Puck>,
+    spawned: HashSet<DiscId>,
+    /// The next id for a puck that is added.
+    next_id: DiscId,
+    world: World,
+    state: State,
+    /// Simulated time.
+    pub time: Timeline,
+}
+
+impl Stage {
+    /// A scene at its beginning, playing.
+    pub fn new(scene: Scene, time: Timeline) -> Self {
+        let (world, pucks) = (scene.world(), scene.pucks.clone());
+        let next_id = first_free_id(&pucks);
+        let (spawned, state) = (HashSet::new(), State::Playing);
+        Self { scene, pucks, spawned, next_id, world, state, time }
+    }
+
+    /// The scene as it was loaded.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// The pucks that are there, as they were when they came, in no order.
+    pub fn pucks(&self) -> &[Puck] {
+        &self.pucks
+    }
+
+    /// The puck of a name.
+    pub fn puck(&self, name: &str) -> Option<&Puck> {
+        self.pucks.iter().find(|puck| puck.name == name)
+    }
+
+    /// Whether it was added while the node ran.
+    pub fn was_spawned(&self, puck: &Puck) -> bool {
+        self.spawned.contains(&puck.disc.id)
+    }
+
+    /// The world.
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// The world, for settings that may change.
+    pub fn world_mut(&mut self) -> &mut World {
+        &mut self.world
+    }
+
+    /// What it does.
+    pub fn state(&self) -> State {
+        self.state
+    }
+
+    /// The pucks as they are now, with their names, by id.
+    pub fn now(&self) -> Vec<(&Puck, Disc)> {
+        let arena = self.world.arena();
+        let mut discs: Vec<Disc> =
+            arena.into_iter().flat_map(|arena| arena.discs(Owner::Simulated)).collect();
+        discs.sort_unstable_by_key(|disc| disc.id);
+        let mut pucks: Vec<&Puck> = self.pucks.iter().collect();
+        pucks.sort_unstable_by_key(|puck| puck.disc.id);
+        debug_assert_eq!(pucks.len(), discs.len(), "a puck a disc");
+        pucks.into_iter().zip(discs).collect()
+    }
+
+    /// Adds a puck; its name is changed if it is taken and that is allowed, and made up if it is
+    /// empty. Returns the name that it has.
+    ///
+    /// # Errors
+    /// [`NotAdded`]; nothing is changed then.
+    pub fn add(&mut self, mut puck: Puck, rename: bool) -> Result<String, NotAdded> {
+        if puck.name.is_empty() || (rename && self.puck(&puck.name).is_some()) {
+            if !rename {
+                return Err(NotAdded::Name(puck.name));
+            }
+            puck.name = self.free_name(&puck.name);
+        }
+        if !is_token(&puck.name) {
+            return Err(NotAdded::Name(puck.name));
+        }
+        if self.puck(&puck.name).is_some() {
+            return Err(NotAdded::Taken(puck.name));
+        }
+        puck.disc.id = self.next_id;
+        if self.world.arena().is_none() {
+            self.found_arena(puck.disc)?;
+        } else {
+            self.ask(Command::AddPuck(puck.disc))?;
+        }
+        self.next_id += 1;
+        self.spawned.insert(puck.disc.id);
+        self.pucks.push(puck.clone());
+        Ok(puck.name)
+    }
+
+    /// Takes a puck away.
+    ///
+    /// # Errors
+    /// [`NotDone`]; nothing is changed then.
+    pub fn remove(&mut self, id: DiscId) -> Result<(), NotDone> {
+        self.ask(Command::RemovePuck { id })?;
+        self.pucks.retain(|puck| puck.disc.id != id);
+        self.spawned.remove(&id);
+        Ok(())
+    }
+
+    /// Puts a puck elsewhere.
+    ///
+    /// # Errors
+    /// [`NotDone`]; nothing is changed then.
+    pub fn place(&mut self, id: DiscId, at: DVec2, velocity: DVec2) -> Result<(), NotDone> {
+        self.ask(Command::PlacePuck { id, position: at, velocity })
+    }
+
+    /// Goes back to the beginning, in part or in all. Observed circles are forgotten where time is.
+    ///
+    /// # Errors
+    /// Why not; nothing is changed then.
+    pub fn reset(&mut self, scope: Scope, now: Instant) -> Result<(), String> {
+        let before: Vec<(Puck, Disc)> =
+            self.now().into_iter().map(|(puck, disc)| (puck.clone(), disc)).collect();
+        let is_spawned = |puck: &Puck| self.spawned.contains(&puck.disc.id);
+        let mut after: Vec<(Puck, Disc)> =
+            before.into_iter().filter(|(puck, _)| !scope.spawned || !is_spawned(puck)).collect();
+        if scope.spawned {
+            let is_there = |puck: &Puck| after.iter().any(|(other, _)| other.name == puck.name);
+            let back: Vec<&Puck> = self.scene.pucks.iter().filter(|puck| !is_there(puck)).collect();
+            after.extend(back.into_iter().map(|puck| (puck.clone(), puck.disc)));
+        }
+        if scope.state {
+            after.iter_mut().for_each(|(puck, disc)| *disc = puck.disc);
+        }
+        after.sort_by_key(|(puck, _)| puck.disc.id);
+        self.rebuild(after, scope.time, now)
+    }
+
+    /// Another scene instead of this one, stopped.
+    pub fn load(&mut self, scene: Scene, now: Instant) {
+        // How the node runs is the node's affair, whatever it runs.
+        let settings = Settings {
+            stale_after: self.scene.settings.stale_after,
+            contact_margin: self.scene.settings.contact_margin,
+            command_timeout: self.scene.settings.command_timeout,
+            ..scene.settings
+        };
+        self.scene = Scene { settings, node: self.scene.node.clone(), ..scene };
+        (self.world, self.pucks) = (self.scene.world(), self.scene.pucks.clone());
+        self.spawned.clear();
+        self.next_id = first_free_id(&self.pucks);
+        self.time.restart(now);
+        self.time.pause();
+        self.state = State::Stopped;
+    }
+
+    /// No scene: observed circles are still answered.
+    pub fn unload(&mut self, now: Instant) {
+        let nothing = Scene { name: String::new(), pucks: Vec::new(), ..self.scene.clone() };
+        self.load(nothing, now);
+        self.state = State::NoWorld;
+    }
+
+    /// Time passes.
+    pub fn play(&mut self, now: Instant) {
+        self.state = State::Playing;
+        self.time.resume(now);
+    }
+
+    /// Time stands still.
+    pub fn pause(&mut self) {
+        self.state = State::Paused;
+        self.time.pause();
+    }
+
+    /// Time stands still, at the beginning.
+    ///
+    /// # Errors
+    /// As [`Stage::reset`].
+    pub fn stop(&mut self, now: Instant) -> Result<(), String> {
+        self.reset(ALL, now)?;
+        self.time.pause();
+        self.state = State::Stopped;
+        Ok(())
+    }
+
+    /// The first puck of a world that had none: time begins.
+    fn found_arena(&mut self, disc: Disc) -> Result<(), NotDone> {
+        if let Some(defect) = disc.refusal() {
+            return Err(NotDone::Defect(defect));
+        }
+        let inside = |walls: &crate::world::Walls| walls.contain(disc.position, disc.radius);
+        if !self.scene.settings.walls.as_ref().is_none_or(inside) {
+            return Err(NotDone::OutsideWalls);
+        }
+        self.world = World::new(self.scene.settings, &[disc]);
+        Ok(())
+    }
+
+    /// One command, between two steps.
+    fn ask(&mut self, command: Command) -> Result<(), NotDone> {
+        let reached = self.world.arena().map_or(0.0, |arena| arena.now());
+        // What is heard now is not what makes circles stale.
+        let instants = Instants { heard_at: f64::NEG_INFINITY, advance_to: reached };
+        let mut outcome = self.world.step(&[command], instants);
+        outcome.not_done.pop().map_or(Ok(()), |(_, why)| Err(why))
+    }
+
+    fn rebuild(
+        &mut self,
+        pucks: Vec<(Puck, Disc)>,
+        time: bool,
+        now: Instant,
+    ) -> Result<(), String> {
+        let discs: Vec<Disc> = pucks.iter().map(|(_, disc)| *disc).collect();
+        if let Some((a, b)) = overlapping(&pucks)? {
+            return Err(format!("`{a}` and `{b}` would overlap: reset what was spawned too"));
+        }
+        if time || self.world.arena().is_none() {
+            self.world = World::new(self.scene.settings, &discs);
+            self.time.restart(now);
+        } else {
+            let gone: Vec<DiscId> = self.pucks.iter().map(|puck| puck.disc.id).collect();
+            let wrong = |error: NotDone| error.to_string();
+            for id in gone {
+                self.ask(Command::RemovePuck { id }).map_err(wrong)?;
+            }
+            for disc in discs {
+                self.ask(Command::AddPuck(disc)).map_err(wrong)?;
+            }
+        }
+        self.pucks = pucks.into_iter().map(|(puck, _)| puck).collect();
+        let left: HashSet<DiscId> = self.pucks.iter().map(|puck| puck.disc.id).collect();
+        self.spawned.retain(|id| left.contains(id));
+        Ok(())
+    }
+
+    fn free_name(&self, wished: &str) -> String {
+        let base = if is_token(wished) { wished.trim_end_matches('_') } else { "puck" };
+        // There are fewer pucks than numbers.
+        let mut names = (1u32..).map(|k| format!("{base}_{k}"));
+        names.find(|name| self.puck(name).is_none()).unwrap_or_default()
+    }
+}
+
+fn first_free_id(pucks: &[Puck]) -> DiscId {
+    let last = pucks.iter().map(|puck| puck.disc.id).max();
+    last.map_or(limits::FIRST_PUCK_ID, |last| (last + 1).max(limits::FIRST_PUCK_ID))
+}
+
+/// The names of two pucks that overlap by more than rounding.
+fn overlapping(pucks: &[(Puck, Disc)]) -> Result<Option<(String, String)>, String> {
+    let discs: Vec<Disc> = pucks.iter().map(|(_, disc)| *disc).collect();
+    let pairs = crate::detect::touching_pairs(&discs, 0.0, crate::plan::BroadPhase::Grid)
+        .map_err(|error| error.to_string())?;
+    let deep = |&(i, j): &(usize, usize)| {
+        let (a, b) = (&discs[i], &discs[j]);
+        let sum = a.radius + b.radius;
+        a.position.distance(b.position) < sum * (1.0 - limits::OVERLAP_OF_ROUNDING)
+    };
+    let names = |(i, j): (usize, usize)| (pucks[i].0.name.clone(), pucks[j].0.name.clone());
+    Ok(pairs.into_iter().find(deep).map(names))
+}
