@@ -43,14 +43,29 @@ beside_others! {
     6 restart
     7 refused
     8 readme
-    9 error_report
+    9 names
+    10 parameters
+    11 clock
+    12 error_report
+    13 simulation
+    14 markers
+    16 robots
 }
 
-#[test]
-fn kilohertz() {
-    environment::environment();
-    let _alone = MACHINE.write().unwrap_or_else(PoisonError::into_inner);
-    run("kilohertz", 0);
+macro_rules! alone {
+    ($($index:literal $script:ident)*) => {$(
+        #[test]
+        fn $script() {
+            environment::environment();
+            let _alone = MACHINE.write().unwrap_or_else(PoisonError::into_inner);
+            run(stringify!($script), $index);
+        }
+    )*};
+}
+
+alone! {
+    0 kilohertz
+    15 large
 }
 
 /// Runs one script and fails with its whole output if it does.

@@ -86,9 +86,14 @@ fn check_tools() -> Result<String, String> {
 /// A hash of all that the environment is made of.
 fn digest(python: &str) -> io::Result<u64> {
     let root = Path::new(ROOT);
-    let mut files: Vec<PathBuf> = fs::read_dir(root.join("msg"))?
-        .map(|entry| entry.map(|entry| entry.path()))
-        .collect::<io::Result<_>>()?;
+    let mut files = Vec::new();
+    let theirs = ["", "msg", "srv", "action"].map(|folder| simulation_interfaces().join(folder));
+    for folder in [root.join("msg")].into_iter().chain(theirs) {
+        for entry in fs::read_dir(folder)? {
+            files.push(entry?.path());
+        }
+    }
+    files.retain(|path| path.is_file());
     files.sort();
     files.extend(["package.xml", "CMakeLists.txt"].map(|name| root.join(name)));
     files.extend(["requirements.txt", "relocate_cmake.py"].map(|name| scripts().join(name)));
@@ -104,6 +109,11 @@ fn digest(python: &str) -> io::Result<u64> {
 /// The directory of the rclpy scripts.
 pub fn scripts() -> PathBuf {
     Path::new(ROOT).join("tests").join("ros")
+}
+
+/// The wire layout of a package of which there are no wheels.
+fn simulation_interfaces() -> PathBuf {
+    scripts().join("simulation_interfaces")
 }
 
 /// Those of other inputs, and one that was left unfinished.
@@ -128,11 +138,13 @@ fn make(environment: &Path) -> Result<(), String> {
             .arg(scripts().join("requirements.txt")),
     )?;
     step("relocate_cmake.py", Command::new(&python).arg(scripts().join("relocate_cmake.py")))?;
-    build_messages(environment)
+    build_interfaces(environment, Path::new(ROOT))?;
+    build_interfaces(environment, &simulation_interfaces())
 }
 
-fn build_messages(environment: &Path) -> Result<(), String> {
-    let build = environment.join("build");
+fn build_interfaces(environment: &Path, source: &Path) -> Result<(), String> {
+    let name = source.file_name().unwrap_or_default();
+    let build = environment.join("build").join(name);
     let cmake = || {
         let mut command = Command::new(environment.join("bin/cmake"));
         let path = std::env::var("PATH").unwrap_or_default();
@@ -148,7 +160,9 @@ fn build_messages(environment: &Path) -> Result<(), String> {
     step(
         "cmake",
         cmake()
-            .args(["-S", ROOT, "-B"])
+            .arg("-S")
+            .arg(source)
+            .arg("-B")
             .arg(&build)
             .arg(set("CMAKE_INSTALL_PREFIX", environment.into()))
             .arg(set("Python3_EXECUTABLE", environment.join("bin/python3")))

@@ -1,0 +1,52 @@
+"""Ten thousand circles at 10 Hz reach a subscriber with default settings, whole, for a minute."""
+
+import time
+
+from carom.msg import CircleStates
+from harness import CHANGED, Carom, Client, nanoseconds, scene, wait_until
+
+PUCKS, RATE_HZ, SECONDS = 10_000, 10, 60
+SCENE = f"""
+name: many
+walls: {{x: [0, 100], y: [0, 100]}}
+batches:
+  - {{name: gas, count: {PUCKS}, seed: 1, radius: 0.2, speed: 0.1}}
+node: {{publish_rate_hz: {RATE_HZ}}}
+"""
+
+
+class Parts:
+    """The parts of all states, by stamp."""
+
+    def __init__(self, client):
+        self.by_stamp = {}
+        # Depth 10, reliable: what a script gets that asks for nothing else.
+        client.node.create_subscription(CircleStates, "arena_states", self.store, 10)
+
+    def store(self, message):
+        with CHANGED:
+            self.by_stamp.setdefault(nanoseconds(message.header.stamp), []).append(
+                (message.part, message.parts, len(message.circles)))
+            CHANGED.notify_all()
+
+
+def main():
+    with Client(topics=()) as client:
+        parts = Parts(client)
+        with Carom(scene(SCENE)):
+            wait_until(lambda: len(parts.by_stamp) > 2, "the first states", timeout_s=60.0)
+            time.sleep(SECONDS)
+        stamps = sorted(parts.by_stamp)[1:-1]
+        assert len(stamps) > 0.95 * RATE_HZ * SECONDS, f"{len(stamps)} states"
+        steps = {b - a for a, b in zip(stamps, stamps[1:])}
+        assert all(abs(step - 1e9 / RATE_HZ) < 2 for step in steps), f"a state is missing: {steps}"
+        for stamp in stamps:
+            got = sorted(parts.by_stamp[stamp])
+            count = got[0][1]
+            assert [part for part, _, _ in got] == list(range(count)), (stamp, got)
+            assert sum(circles for _, _, circles in got) == PUCKS, (stamp, got)
+        print(f"{len(stamps)} states of {PUCKS} circles, in {count} parts each: none lost")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,171 @@
+"""Every setting is a parameter: from files and the command line, and while the node runs."""
+
+import re
+import subprocess
+
+from harness import BINARY, CHANGED, TIMEOUT_S, Carom, Circle, Client, scene, wait_until
+from rcl_interfaces.msg import ParameterEvent, ParameterType
+from rcl_interfaces.srv import (
+    DescribeParameters, GetParameters, GetParameterTypes, ListParameters, SetParameters,
+    SetParametersAtomically,
+)
+from rclpy.parameter import Parameter, parameter_value_to_python
+from rclpy.qos import qos_profile_parameter_events
+
+SERVICES = {
+    "describe_parameters": DescribeParameters, "get_parameters": GetParameters,
+    "get_parameter_types": GetParameterTypes, "list_parameters": ListParameters,
+    "set_parameters": SetParameters, "set_parameters_atomically": SetParametersAtomically,
+}
+FILE = """
+/**:
+  ros__parameters:
+    stale_after_s: 2.0
+    frame_id: everywhere
+/arena/carom:
+  ros__parameters:
+    frame_id: table
+    publish_rate_hz: 30
+other:
+  ros__parameters:
+    frame_id: wrong
+"""
+
+
+class Parameters:
+    """The six services of a node, called one by one."""
+
+    def __init__(self, client, node="/carom"):
+        self.node = client.node
+        self.clients = {name: self.node.create_client(kind, f"{node}/{name}")
+                        for name, kind in SERVICES.items()}
+        for name, service in self.clients.items():
+            assert service.wait_for_service(TIMEOUT_S), f"{node}/{name} is not there"
+
+    def call(self, service, **fields):
+        request = SERVICES[service].Request(**fields)
+        future = self.clients[service].call_async(request)
+        with CHANGED:
+            future.add_done_callback(lambda _: self._notify())
+        wait_until(future.done, f"{service} answers")
+        return future.result()
+
+    @staticmethod
+    def _notify():
+        with CHANGED:
+            CHANGED.notify_all()
+
+    def get(self, *names):
+        values = self.call("get_parameters", names=list(names)).values
+        return [parameter_value_to_python(value) for value in values]
+
+    def set(self, service="set_parameters", **values):
+        parameters = [Parameter(name, value=value).to_parameter_msg()
+                      for name, value in values.items()]
+        return self.call(service, parameters=parameters)
+
+
+def check_services(client):
+    events = []
+
+    def store(event):
+        with CHANGED:
+            events.append(event)
+            CHANGED.notify_all()
+
+    client.node.create_subscription(
+        ParameterEvent, "/parameter_events", store, qos_profile_parameter_events)
+    with Carom("resolver"):
+        parameters = Parameters(client)
+        names = parameters.call("list_parameters").result.names
+        assert {"scene", "rate", "publish_rate_hz", "stale_after_s", "contact_margin_m",
+                "frame_id", "circle_topics", "use_sim_time", "method"} <= set(names), names
+        assert names == sorted(names), names
+        # One by one, as `ros2 param describe` asks: all at once would not fit into a datagram.
+        for name in names:
+            descriptor, = parameters.call("describe_parameters", names=[name]).descriptors
+            assert descriptor.description, descriptor
+            assert descriptor.type != ParameterType.PARAMETER_NOT_SET, descriptor
+        rate = parameters.call("describe_parameters", names=["publish_rate_hz"]).descriptors[0]
+        assert not rate.read_only and rate.floating_point_range[0].to_value == 1e5, rate
+        types = parameters.call("get_parameter_types", names=["scene", "rate", "nothing"]).types
+        assert list(types) == [4, 3, 0], types
+        assert parameters.get("scene", "circle_topics", "nothing") == [
+            "resolver", ["circle_states"], None]
+        check_sets(parameters)
+        mine = [event for event in events if event.node == "/carom"]
+        wait_until(lambda: [e for e in events if e.changed_parameters], "an event of a change")
+        changed = [p.name for e in events for p in e.changed_parameters]
+        assert set(changed) <= {"stale_after_s", "contact_margin_m"}, (changed, mine)
+
+
+def check_sets(parameters):
+    result, = parameters.set(stale_after_s=0.25).results
+    assert result.successful, result.reason
+    refused = {
+        "scene": ("teams", "read-only"), "stale_after_s": (-1.0, "not in"),
+        "frame_id": ("odom", "read-only"), "rate": ("fast", "type"), "nothing": (1, "not declared"),
+        "contact_margin_m": (float("nan"), "not in"),
+    }
+    for name, (value, reason) in refused.items():
+        result, = parameters.set(**{name: value}).results
+        assert not result.successful and reason in result.reason, (name, result)
+    both = parameters.set("set_parameters_atomically", stale_after_s=9.0, scene="teams").result
+    assert not both.successful and "scene" in both.reason, both
+    assert parameters.get("stale_after_s", "scene") == [0.25, "resolver"]
+    both = parameters.set("set_parameters_atomically", stale_after_s=3, contact_margin_m=0.5).result
+    assert both.successful, both.reason
+    assert parameters.get("stale_after_s", "contact_margin_m") == [3.0, 0.5]
+
+
+def check_effect(client):
+    """A margin set while the node runs is in force for the next message."""
+    apart = [Circle(1, 0, 0, 1, 0, 1, 1), Circle(2, 2.25, 0, -1, 0, 1, 1)]
+    with Carom("resolver"):
+        client.connect()
+        parameters = Parameters(client)
+        client.expect_no_answer(apart, "circles apart")
+        assert parameters.set(contact_margin_m=0.5).results[0].successful
+        answer = client.ask(apart, "circles within the margin")
+        assert answer.velocities == {1: (-1.0, 0.0), 2: (1.0, 0.0)}, answer.velocities
+
+
+def check_files(client):
+    path = scene(FILE, "parameters.yaml")
+    arguments = ["--ros-args", "-r", "__ns:=/arena", "--params-file", str(path),
+                 "-p", "scene:=break_shot", "-p", "rate:=0.5"]
+    with Carom(*arguments):
+        parameters = Parameters(client, "/arena/carom")
+        names = ["frame_id", "stale_after_s", "publish_rate_hz", "scene", "rate"]
+        assert parameters.get(*names) == ["table", 2.0, 30.0, "break_shot", 0.5]
+        result, = parameters.set(use_sim_time=True).results
+        assert not result.successful and "/clock" in result.reason, result
+        assert parameters.set(rate=2).results[0].successful
+
+
+def check_refused(arguments, *patterns):
+    result = subprocess.run([BINARY, "run", *arguments], stdin=subprocess.DEVNULL,
+                            capture_output=True, text=True, timeout=TIMEOUT_S)
+    assert result.returncode == 2, f"{arguments}: exit {result.returncode}\n{result.stderr}"
+    lines = result.stderr.strip().splitlines()
+    assert len(lines) == 1, f"{arguments}: not one line:\n{result.stderr}"
+    missing = [pattern for pattern in patterns if not re.search(pattern, lines[0])]
+    assert not missing, f"{arguments}: {lines[0]!r} does not name {missing}"
+
+
+def main():
+    with Client() as client:
+        check_services(client)
+        check_effect(client)
+        check_files(client)
+    check_refused(["--ros-args", "-p", "rate:=fast"], "rate", "double")
+    check_refused(["--ros-args", "-p", "publish_rate_hz:=-1"], "publish_rate_hz", "not in")
+    check_refused(["--ros-args", "-p", "method:=magic"], "method", "events, plain")
+    check_refused(["--ros-args", "-p", "step_s:=0.0"], "step_s", "above 0")
+    check_refused(["--ros-args", "-r", "__ns:=a b"], "a b", "not a ROS name")
+    check_refused(["--ros-args", "--frob"], "unknown argument", "--frob")
+    check_refused(["--ros-args", "--params-file", "nowhere.yaml"], "nowhere.yaml", "No such file")
+
+
+if __name__ == "__main__":
+    main()
