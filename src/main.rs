@@ -251,6 +251,7 @@ fn main() -> ExitCode {
 }
 
 /// Chooses the method by error and run time, if that is asked for, and says how.
+#[cfg(feature = "ros")]
 fn keep_to_budget(scene: &mut Scene, wish: Wish) {
     if !wish.is_none() {
         scene.node.wish = wish;

@@ -1,8 +1,8 @@
 //! Robots that speak standard messages alone: `<robot>/odom` in, `<robot>/corrected_velocity` out.
 //!
 //! Each is an observed circle with an id of its own; radius and mass come from parameters. All of
-//! their `odom` must be in one frame. A twist is in the robot's own frame, on the way in and on the way
-//! out.
+//! their `odom` must be in one frame. A twist is in the robot's own frame, on the way in and on the
+//! way out.
 
 use std::collections::BTreeMap;
 
