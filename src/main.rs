@@ -5,6 +5,7 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+#[cfg(feature = "ros")]
 use carom::bench::budget::Budget;
 use carom::bench::gas::Gas;
 use carom::bench::{self, BenchError};
