@@ -129,7 +129,15 @@ pub struct Needs {
     pub density: f64,
     /// What bounds it.
     pub border: Border,
+    /// Whether all discs are of that diameter: smaller ones lie closer.
+    pub is_equal: bool,
+    /// Whether larger discs lie in coarser cells above: they are written into all cells that they
+    /// come near, so that a wide margin costs more than it saves.
+    pub is_finest: bool,
 }
+
+/// Largest margin below coarser cells, in diameters.
+const MARGIN_OF_FINEST: f64 = 0.2;
 
 impl Cells {
     /// Empty cells.
@@ -140,7 +148,7 @@ impl Cells {
         let mean = needs.density * width.element_product();
         // Of five equal discs in a square two are nearer than its side over the root of two.
         let for_four = 0.5 * (FOUR_IN_SQUARE * needs.diameter - width.max_element());
-        let size = if for_four >= 0.8 * margin && mean <= 1.3 {
+        let size = if needs.is_equal && for_four >= 0.8 * margin && mean <= 1.3 {
             margin = margin.min(for_four);
             4
         } else if mean <= 2.0 {
@@ -401,5 +409,7 @@ pub fn widths(needs: &Needs) -> (f64, f64) {
         width = width.min(periodic.size().min_element() / 5.0 * (1.0 - 1e-8));
     }
     let width = width.max(needs.diameter);
-    (width * (1.0 + 1e-9), 0.5 * (width - needs.diameter))
+    let margin = 0.5 * (width - needs.diameter);
+    let most = if needs.is_finest { MARGIN_OF_FINEST * needs.diameter } else { f64::INFINITY };
+    (width * (1.0 + 1e-9), margin.min(most))
 }

@@ -139,7 +139,8 @@ fn finest(needs: &Needs, radii: &[f64], share: f64) -> (Needs, usize) {
     }
     let of = |k: usize| {
         let density = (k + 1) as f64 / (area - beyond[k + 1]).max(0.25 * area);
-        Needs { diameter: 2.0 * radii[k], density, ..*needs }
+        let (is_equal, is_finest) = (radii[0] == radii[k], k + 1 < radii.len());
+        Needs { diameter: 2.0 * radii[k], density, is_equal, is_finest, ..*needs }
     };
     let fits = |k: usize| of(k).density * widths(&of(k)).0.powi(2) <= FINEST;
     let (mut low, mut high) = (0, radii.len());

@@ -700,7 +700,8 @@ fn needs(laws: &Laws, discs: &[Disc]) -> Needs {
         }
     };
     let density = discs.len() as f64 / (max - min).element_product();
-    Needs { min, max, diameter, density, border }
+    let is_equal = discs.iter().all(|disc| 2.0 * disc.radius == diameter);
+    Needs { min, max, diameter, density, border, is_equal, is_finest: false }
 }
 
 /// A box around all discs with as much room again.
