@@ -2,7 +2,7 @@
 
 import time
 
-from harness import CHANGED, QOS, Carom, Circle, Client, seconds, wait_until
+from harness import QOS, Carom, Circle, Client, Heard, seconds, wait_until
 from parameters import Parameters
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
@@ -11,21 +11,13 @@ from simulation import OK, PAUSED, Simulation
 CLOCK = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 
-class Times(list):
+def times_of(client):
     """All times told on /clock."""
-
-    def __init__(self, client):
-        super().__init__()
-        client.node.create_subscription(Clock, "/clock", self.store, CLOCK)
-
-    def store(self, message):
-        with CHANGED:
-            self.append(seconds(message.clock))
-            CHANGED.notify_all()
+    return Heard(client, Clock, "/clock", CLOCK, of=lambda message: seconds(message.clock))
 
 
 def check_arena(client):
-    times = Times(client)
+    times = times_of(client)
     with Carom("break_shot", "--rate", "2"):
         wait_until(lambda: len(times) > 60, "60 times")
         kinds = [types for name, types in client.node.get_topic_names_and_types()
@@ -44,7 +36,7 @@ def check_arena(client):
 
 def check_standing(client):
     """A simulation that is paused goes on telling its time: recorders wait for it."""
-    times = Times(client)
+    times = times_of(client)
     with Carom("break_shot"):
         assert Simulation(client).set_state(PAUSED) == OK
         count = len(times)

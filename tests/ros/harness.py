@@ -132,6 +132,20 @@ class Inbox:
         return [item for message in parts for item in getattr(message, self.field)]
 
 
+class Heard(list):
+    """What is heard on one topic, in order; `of` says what is kept of a message."""
+
+    def __init__(self, client, kind, topic, qos=QOS, of=lambda message: message):
+        super().__init__()
+        self.of = of
+        client.node.create_subscription(kind, topic, self.store, qos)
+
+    def store(self, message):
+        with CHANGED:
+            self.append(self.of(message))
+            CHANGED.notify_all()
+
+
 class Client:
     """A DDS participant of its own: publishes circles, keeps what the node says."""
 

@@ -1,21 +1,13 @@
 """Markers: one a puck with a stable id, gone when the puck is, and a list for thousands."""
 
-from harness import CHANGED, QOS, Carom, Client, scene, wait_until
+from harness import Carom, Client, Heard, scene, wait_until
 from simulation import Simulation
 from visualization_msgs.msg import Marker, MarkerArray
 
 
-class Pictures(list):
-    """All that was drawn."""
-
-    def __init__(self, client):
-        super().__init__()
-        client.node.create_subscription(MarkerArray, "markers", self.store, QOS)
-
-    def store(self, message):
-        with CHANGED:
-            self.append(message.markers)
-            CHANGED.notify_all()
+def pictures_of(client):
+    """All that is drawn."""
+    return Heard(client, MarkerArray, "markers", of=lambda message: message.markers)
 
 
 def pucks(markers, action=Marker.ADD):
@@ -23,7 +15,7 @@ def pucks(markers, action=Marker.ADD):
 
 
 def check_few(client):
-    pictures = Pictures(client)
+    pictures = pictures_of(client)
     with Carom("head_on"):
         wait_until(lambda: pictures, "a picture")
         left = pucks(pictures[-1])[1_000_000]
@@ -40,7 +32,7 @@ def check_few(client):
 
 
 def check_many(client):
-    pictures = Pictures(client)
+    pictures = pictures_of(client)
     text = ("walls: {x: [0, 50], y: [0, 50]}\nbatches:\n"
             "  - {name: gas, count: 2000, seed: 1, radius: 0.2, speed: 1.0, colour: red}\n")
     with Carom(scene(text, "many.yaml")):

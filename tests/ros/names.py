@@ -3,7 +3,7 @@
 from contextlib import ExitStack
 
 from carom.msg import CircleStates, CircleVelocities
-from harness import CHANGED, QOS, Carom, Client, circle_states, next_stamp, wait_until
+from harness import QOS, Carom, Client, Heard, circle_states, next_stamp, wait_until
 
 
 def topics_of(client, name, namespace, wanted):
@@ -33,14 +33,7 @@ def check_three_side_by_side(client):
 def check_rules(client):
     rules = ["-r", "__node:=referee", "-r", "corrected_velocities:=~/answers",
              "-r", "referee:circle_states:=/robots", "-r", "other:contacts:=/wrong"]
-    answers = []
-
-    def store(message):
-        with CHANGED:
-            answers.append(message)
-            CHANGED.notify_all()
-
-    client.node.create_subscription(CircleVelocities, "/referee/answers", store, QOS)
+    answers = Heard(client, CircleVelocities, "/referee/answers")
     publisher = client.node.create_publisher(CircleStates, "/robots", QOS)
     with Carom("resolver", "--ros-args", *rules, "--"):
         topics_of(client, "referee", "/", {"/referee/answers", "/contacts"})

@@ -1,9 +1,6 @@
 """Every setting is a parameter: from files and the command line, and while the node runs."""
 
-import re
-import subprocess
-
-from harness import BINARY, CHANGED, TIMEOUT_S, Carom, Circle, Client, scene, wait_until
+from harness import CHANGED, TIMEOUT_S, Carom, Circle, Client, Heard, scene, wait_until
 from rcl_interfaces.msg import ParameterEvent, ParameterType
 from rcl_interfaces.srv import (
     DescribeParameters, GetParameters, GetParameterTypes, ListParameters, SetParameters,
@@ -11,6 +8,7 @@ from rcl_interfaces.srv import (
 )
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.qos import qos_profile_parameter_events
+from refused import check_refused
 
 SERVICES = {
     "describe_parameters": DescribeParameters, "get_parameters": GetParameters,
@@ -66,15 +64,7 @@ class Parameters:
 
 
 def check_services(client):
-    events = []
-
-    def store(event):
-        with CHANGED:
-            events.append(event)
-            CHANGED.notify_all()
-
-    client.node.create_subscription(
-        ParameterEvent, "/parameter_events", store, qos_profile_parameter_events)
+    events = Heard(client, ParameterEvent, "/parameter_events", qos_profile_parameter_events)
     with Carom("resolver"):
         parameters = Parameters(client)
         names = parameters.call("list_parameters").result.names
@@ -141,16 +131,6 @@ def check_files(client):
         result, = parameters.set(use_sim_time=True).results
         assert not result.successful and "/clock" in result.reason, result
         assert parameters.set(rate=2).results[0].successful
-
-
-def check_refused(arguments, *patterns):
-    result = subprocess.run([BINARY, "run", *arguments], stdin=subprocess.DEVNULL,
-                            capture_output=True, text=True, timeout=TIMEOUT_S)
-    assert result.returncode == 2, f"{arguments}: exit {result.returncode}\n{result.stderr}"
-    lines = result.stderr.strip().splitlines()
-    assert len(lines) == 1, f"{arguments}: not one line:\n{result.stderr}"
-    missing = [pattern for pattern in patterns if not re.search(pattern, lines[0])]
-    assert not missing, f"{arguments}: {lines[0]!r} does not name {missing}"
 
 
 def main():

@@ -35,22 +35,22 @@ def check_messages():
         assert carom.alive(), "the node has exited"
 
 
-def check_refused(scene_argument, *patterns):
+def check_refused(arguments, *patterns):
     """The node does not start: exit code 2 and one line on stderr that says why."""
-    result = subprocess.run([BINARY, "run", str(scene_argument)], stdin=subprocess.DEVNULL,
+    result = subprocess.run([BINARY, "run", *map(str, arguments)], stdin=subprocess.DEVNULL,
                             capture_output=True, text=True, timeout=TIMEOUT_S)
-    assert result.returncode == 2, f"{scene_argument}: exit {result.returncode}\n{result.stderr}"
+    assert result.returncode == 2, f"{arguments}: exit {result.returncode}\n{result.stderr}"
     lines = result.stderr.strip().splitlines()
-    assert len(lines) == 1, f"{scene_argument}: not one line:\n{result.stderr}"
+    assert len(lines) == 1, f"{arguments}: not one line:\n{result.stderr}"
     missing = [pattern for pattern in patterns if not re.search(pattern, lines[0])]
-    assert not missing, f"{scene_argument}: {lines[0]!r} does not name {missing}"
+    assert not missing, f"{arguments}: {lines[0]!r} does not name {missing}"
 
 
 def main():
     check_messages()
     path = scene("name: misspelt\n\nrestitutoin: 0.5\n", "misspelt.yaml")
-    check_refused(path, re.escape(str(path)), r"(:|line )3\b", "restitutoin")
-    check_refused("no_such_scene", "no_such_scene")
+    check_refused([path], re.escape(str(path)), r"(:|line )3\b", "restitutoin")
+    check_refused(["no_such_scene"], "no_such_scene")
 
 
 if __name__ == "__main__":

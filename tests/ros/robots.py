@@ -3,7 +3,7 @@
 from math import cos, pi, sin
 
 from geometry_msgs.msg import TwistStamped
-from harness import CHANGED, QOS, Carom, Client, assert_close, next_stamp, wait_until
+from harness import QOS, Carom, Client, Heard, assert_close, next_stamp, wait_until
 from nav_msgs.msg import Odometry
 
 ROBOTS = ("r1", "r2")
@@ -26,15 +26,10 @@ def odom(name, x, y, yaw, forward, left=0.0):
 
 def main():
     with Client() as client, Carom("resolver", "--ros-args", *PARAMETERS) as carom:
-        answers = {name: [] for name in ROBOTS}
+        answers = {name: Heard(client, TwistStamped, f"{name}/corrected_velocity")
+                   for name in ROBOTS}
         publishers = {}
         for name in ROBOTS:
-            def store(message, name=name):
-                with CHANGED:
-                    answers[name].append(message)
-                    CHANGED.notify_all()
-            client.node.create_subscription(
-                TwistStamped, f"{name}/corrected_velocity", store, QOS)
             publishers[name] = client.node.create_publisher(Odometry, f"{name}/odom", QOS)
         # r1 looks along y and drives along -y in reverse; r2 looks along -x and stands below it.
         reports = {"r1": odom("r1", 0, 1, pi / 2, -2.0), "r2": odom("r2", 0, 0, pi, 0.0)}

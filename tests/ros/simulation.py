@@ -1,9 +1,11 @@
 """simulation_interfaces: pause, step, reset, look, spawn, place, delete, load, with their codes."""
 
+import time
+
 from action_msgs.msg import GoalStatus
 from carom.msg import CircleStates
 from geometry_msgs.msg import PoseStamped, Twist, Vector3
-from harness import CHANGED, QOS, TIMEOUT_S, Carom, Client, wait_until
+from harness import CHANGED, QOS, TIMEOUT_S, Carom, Client, Heard, wait_until
 from nav_msgs.msg import Odometry
 from rclpy.action import ActionClient
 from simulation_interfaces.action import SimulateSteps
@@ -34,6 +36,8 @@ class Simulation:
             name = "".join("_" + c.lower() if c.isupper() else c for c in kind).strip("_")
             service = self.node.create_client(getattr(srv, kind), f"{self.namespace}/{name}")
             assert service.wait_for_service(TIMEOUT_S), f"{name} is not there"
+            # As of the action below.
+            time.sleep(0.25)
             self.clients[kind] = service
         future = self.clients[kind].call_async(getattr(srv, kind).Request(**fields))
         future.add_done_callback(notify)
@@ -92,6 +96,8 @@ def check_time(simulation, client):
 def check_action(simulation, client, before):
     steps = ActionClient(client.node, SimulateSteps, "simulate_steps")
     assert steps.wait_for_server(TIMEOUT_S), "the action is not there"
+    # A match has two ends, and rclpy tells of one: the server must know whom to answer.
+    time.sleep(1.0)
     feedback = []
 
     def result_of(count, cancel=False):
@@ -205,14 +211,7 @@ def check_driving(simulation, client):
     """A puck that was spawned has its topics, in the namespace that was asked for."""
     assert spawn(simulation, "robot", (1.1, 0.15), entity_namespace="fleet",
                  text="{radius: 0.05, drive: {model: holonomic}}").result.result == OK
-    odometry = []
-
-    def store(message):
-        with CHANGED:
-            odometry.append(message)
-            CHANGED.notify_all()
-
-    client.node.create_subscription(Odometry, "/fleet/pucks/robot/odom", store, QOS)
+    odometry = Heard(client, Odometry, "/fleet/pucks/robot/odom")
     command = client.node.create_publisher(Twist, "/fleet/pucks/robot/cmd_vel", QOS)
     wait_until(lambda: command.get_subscription_count() > 0, "the robot's cmd_vel")
     twist = Twist()
