@@ -5,6 +5,7 @@
 //! runtime, and nothing between reading and writing. Figures are printed, not judged.
 
 #[path = "../tests/ros/environment.rs"]
+#[allow(dead_code, reason = "one distribution is enough here")]
 mod environment;
 
 use std::net::Ipv4Addr;
@@ -15,13 +16,15 @@ use ros2_client::qos::{History, QosProfile};
 use ros2_client::{Context, MessageTypeName, Name, Node, NodeName, NodeOptions};
 use rustdds::DomainParticipantBuilder;
 
+use environment::Distribution;
+
 const DOMAIN: u16 = 79;
 
 fn main() {
     if std::env::args().any(|argument| argument == "echo") {
         return echo();
     }
-    let python = environment::environment().join("bin/python");
+    let python = environment::environment(Distribution::Kilted).join("bin/python");
     let this = std::env::current_exe().expect("this program has a path");
     let node = |program: &str, argument: &[&str]| -> Child {
         Command::new(program)
@@ -38,6 +41,10 @@ fn main() {
     ];
     let status = Command::new(python)
         .arg(environment::scripts().join("round_trip.py"))
+        .arg("--pids")
+        .args(nodes.iter().map(|node| node.id().to_string()))
+        .env("CAROM_BIN", env!("CARGO_BIN_EXE_carom"))
+        .env("CAROM_ROOT", env!("CARGO_MANIFEST_DIR"))
         .env("ROS_DOMAIN_ID", DOMAIN.to_string())
         .env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
         .status();

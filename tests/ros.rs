@@ -1,12 +1,16 @@
 //! The node against real rclpy: each script of tests/ros runs against the built binary.
 //!
 //! Python is the other side because it is what users run: what rclpy, on another DDS, cannot read
-//! does not work. A script has a ROS domain of its own, so that they can run side by side, and
-//! fails by its exit code. A test never ends a process that it has not started.
+//! does not work. Each script runs on two distributions, in a ROS domain of its own, so that scripts
+//! can run side by side, and fails by its exit code. A test never ends a process that it has not
+//! started.
 
+#[path = "ros/colcon.rs"]
+mod colcon;
 #[path = "ros/environment.rs"]
 mod environment;
 
+use environment::Distribution;
 use std::fs::{self, File};
 use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
@@ -14,8 +18,9 @@ use std::sync::{PoisonError, RwLock};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Domains up to 101 stay clear of the ports that Linux gives to others.
-const FIRST_DOMAIN: u32 = 80;
+/// A script's domain is this plus its index. Those up to 101 stay clear of the ports that Linux gives
+/// to others.
+const FIRST_DOMAIN: [u32; 2] = [70, 40];
 const RUN_TIME_MAX: Duration = Duration::from_secs(120);
 /// For a script that was asked to end: it ends its node first.
 const GRACE: Duration = Duration::from_secs(10);
@@ -23,62 +28,78 @@ const GRACE: Duration = Duration::from_secs(10);
 /// Held for writing by a script that needs the machine for itself.
 static MACHINE: RwLock<()> = RwLock::new(());
 
-macro_rules! beside_others {
-    ($($index:literal $script:ident)*) => {$(
-        #[test]
+macro_rules! tests {
+    ($distribution:expr; beside_others: $($index:literal $script:ident)*;
+     alone: $($index_alone:literal $script_alone:ident)*) => {
+        $(#[test]
         fn $script() {
-            environment::environment();
-            let _shared = MACHINE.read().unwrap_or_else(PoisonError::into_inner);
-            run(stringify!($script), $index);
+            crate::beside_others($distribution, stringify!($script), $index);
+        })*
+        $(#[test]
+        fn $script_alone() {
+            crate::alone($distribution, stringify!($script_alone), $index_alone);
+        })*
+    };
+}
+
+macro_rules! suite {
+    ($module:ident $distribution:expr) => {
+        mod $module {
+            use crate::environment::Distribution;
+
+            tests! { $distribution;
+                beside_others:
+                    1 resolver_values
+                    2 publishers
+                    3 thousand_circles
+                    4 arena
+                    5 observed_and_simulated
+                    6 restart
+                    7 refused
+                    8 readme
+                    9 names
+                    10 parameters
+                    11 clock
+                    12 error_report
+                    13 simulation
+                    14 markers
+                    16 robots;
+                alone:
+                    0 kilohertz
+                    15 large
+            }
         }
-    )*};
+    };
 }
 
-beside_others! {
-    1 resolver_values
-    2 publishers
-    3 thousand_circles
-    4 arena
-    5 observed_and_simulated
-    6 restart
-    7 refused
-    8 readme
-    9 names
-    10 parameters
-    11 clock
-    12 error_report
-    13 simulation
-    14 markers
-    16 robots
+suite!(kilted Distribution::Kilted);
+suite!(jazzy Distribution::Jazzy);
+
+fn beside_others(distribution: Distribution, script: &str, index: u32) {
+    environment::environment(distribution);
+    let _shared = MACHINE.read().unwrap_or_else(PoisonError::into_inner);
+    run(distribution, script, index);
 }
 
-macro_rules! alone {
-    ($($index:literal $script:ident)*) => {$(
-        #[test]
-        fn $script() {
-            environment::environment();
-            let _alone = MACHINE.write().unwrap_or_else(PoisonError::into_inner);
-            run(stringify!($script), $index);
-        }
-    )*};
-}
-
-alone! {
-    0 kilohertz
-    15 large
+fn alone(distribution: Distribution, script: &str, index: u32) {
+    environment::environment(distribution);
+    let _alone = MACHINE.write().unwrap_or_else(PoisonError::into_inner);
+    run(distribution, script, index);
 }
 
 /// Runs one script and fails with its whole output if it does.
-fn run(script: &str, index: u32) {
+fn run(distribution: Distribution, script: &str, index: u32) {
     // To a file and not a pipe: a pipe would stay open for as long as any grandchild.
-    let log = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("ros-{script}.log"));
+    let log = format!("ros-{}-{script}.log", distribution.name());
+    let log = Path::new(env!("CARGO_TARGET_TMPDIR")).join(log);
+    let domain = FIRST_DOMAIN[distribution as usize] + index;
     let output = File::create(&log).expect("cargo's scratch directory is writable");
     let errors = output.try_clone().expect("a handle of an open file");
-    let mut child = Command::new(environment::environment().join("bin/python"))
+    let mut child = Command::new(environment::environment(distribution).join("bin/python"))
         .arg(environment::scripts().join(format!("{script}.py")))
         .env("CAROM_BIN", env!("CARGO_BIN_EXE_carom"))
         .env("CAROM_ROOT", env!("CARGO_MANIFEST_DIR"))
-        .env("ROS_DOMAIN_ID", (FIRST_DOMAIN + index).to_string())
+        .env("ROS_DOMAIN_ID", domain.to_string())
         .env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
         .env("PYTHONDONTWRITEBYTECODE", "1")
         .env("PYTHONUNBUFFERED", "1")

