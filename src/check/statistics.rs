@@ -16,7 +16,7 @@ use super::finding::{Finding, Tally};
 use super::number;
 use crate::motion::arena::Halt;
 use crate::scene::batch::{Batch, Placed, Range};
-use crate::world::{Contact, Disc, Partner, Settings, Walls, limits};
+use crate::world::{Contact, Disc, Partner, Settings, Walls};
 
 type Findings = Result<Vec<Finding>, Trouble>;
 
@@ -61,7 +61,7 @@ pub fn gas(
     let mut placed = Placed::new(&[], largest);
     let mut discs = Vec::new();
     for (k, &(mass, radius)) in bodies.iter().enumerate() {
-        let seed = seed.wrapping_mul(limits::PUCKS_PER_SCENE as u64).wrapping_add(k as u64);
+        let seed = seed.wrapping_mul(DISCS_MAX).wrapping_add(k as u64);
         let one = |value| Range { min: value, max: value };
         let batch = Batch {
             count: 1,
@@ -157,6 +157,8 @@ fn places(bodies: &Field) -> Read<Vec<DVec2>> {
     if places.is_empty() { Err(bodies.wrong("must give places as (x,y)")) } else { Ok(places) }
 }
 
+/// Most discs of a gas: no two seeds have one in common.
+const DISCS_MAX: u64 = 20_000;
 /// Area fraction of the gases whose density is not given.
 const AREA_FRACTION: f64 = 0.2;
 
@@ -166,7 +168,7 @@ pub fn moments(root: &Field, effort: Effort) -> Findings {
     let (limit, inputs) = (limit(root)?, root.get("inputs")?);
     let mut findings = Vec::new();
     for field in inputs.get("N")?.items()? {
-        let count = field.count(limits::PUCKS_PER_SCENE as u64)?.max(2) as usize;
+        let count = field.count(DISCS_MAX)?.max(2) as usize;
         let bodies: Vec<_> = (0..count).map(|k| (1.0 + (k % 2) as f64, 0.5)).collect();
         let side = (count as f64 * 0.25 * PI / AREA_FRACTION).sqrt();
         let walls = Walls { min: DVec2::ZERO, max: DVec2::splat(side), restitution: 1.0 };
@@ -277,7 +279,7 @@ pub fn caged(cage: &[Disc], delta: f64, seed: u64, field: &Field) -> Read<Disc> 
 /// many collisions a disc have happened.
 pub fn relaxation(root: &Field, effort: Effort) -> Findings {
     let (inputs, limit) = (root.get("inputs")?, limit(root)?);
-    let count = inputs.get("N")?.count(limits::PUCKS_PER_SCENE as u64)? as usize;
+    let count = inputs.get("N")?.count(DISCS_MAX)? as usize;
     let (radius, speed) = (positive(&inputs.get("r")?)?, positive(&inputs.get("speed")?)?);
     let (walls, runs) = (walls(&inputs, 1.0)?, inputs.get("runs")?.count(1 << 20)?.max(2));
     let runs = if effort.is_full() { runs } else { (runs / 5).max(2) };

@@ -8,6 +8,7 @@
 
 use std::collections::{HashMap, HashSet};
 use std::net::Ipv4Addr;
+use std::time::Duration;
 
 use futures::Stream;
 use ros2_client::action::ActionServerQosPolicies;
@@ -27,6 +28,7 @@ use serde::de::DeserializeOwned;
 use super::farewell;
 use super::names::{BadName, Names};
 use super::parameters::services::ParameterEvent;
+use super::rosout::Log;
 use super::service::{RosService, Service};
 use super::simulation::wire::{StepsFeedback, StepsGoal, StepsResult};
 use crate::messages::{
@@ -39,6 +41,10 @@ pub const DOMAIN_ID_MAX: u16 = 232;
 
 /// Requests that wait for the loop, and answers for a slow client: as rmw has them.
 const SERVICE_DEPTH: usize = 10;
+
+/// Lines of the log that one who comes late hears, none of them older: as rcl has them.
+const LOG_DEPTH: usize = 1_000;
+const LOG_LIFESPAN: Duration = Duration::from_secs(10);
 
 /// What can go wrong at this door.
 #[derive(Debug, thiserror::Error)]
@@ -141,6 +147,7 @@ ros_messages! {
     "geometry_msgs" TwistStamped
     "rosgraph_msgs" Clock
     "rcl_interfaces" ParameterEvent
+    "rcl_interfaces" Log
 }
 
 /// One ROS node on a DDS participant of its own. Drop it last; dropping it leaves the graph.
@@ -185,6 +192,24 @@ impl Ros {
         let qos = QosProfile::publisher_default()
             .reliability_reliable(WhenFull::Fail)
             .history(History::KeepLast { depth });
+        self.publish_with(topic, qos)
+    }
+
+    /// The publisher of `/rosout`, as rcl has it: who comes late hears what was said.
+    pub fn log_publisher(&mut self) -> Result<Publisher<Log>, DdsError> {
+        let qos = QosProfile::publisher_default()
+            .reliability_reliable(WhenFull::Fail)
+            .durability(Durability::TransientLocal)
+            .lifespan(Some(LOG_LIFESPAN))
+            .history(History::KeepLast { depth: LOG_DEPTH });
+        self.publish_with("/rosout", qos)
+    }
+
+    fn publish_with<M: RosMessage>(
+        &mut self,
+        topic: &str,
+        qos: QosProfile,
+    ) -> Result<Publisher<M>, DdsError> {
         let topic_handle = self.topic::<M>(topic, &qos)?;
         let inner = self
             .node

@@ -27,6 +27,7 @@ mod pace;
 mod parameters;
 mod parts;
 mod robots;
+mod rosout;
 mod runner;
 mod service;
 mod simulation;
@@ -36,6 +37,9 @@ mod status;
 mod timeline;
 
 use tokio::signal::unix::{Signal, SignalKind, signal};
+use tracing_subscriber::EnvFilter;
+use tracing_subscriber::layer::SubscriberExt;
+use tracing_subscriber::util::SubscriberInitExt;
 
 use crate::motion::arena::Halt;
 use crate::scene::Scene;
@@ -43,6 +47,7 @@ use dds::{DdsError, Reach, Ros};
 use inputs::Inputs;
 use outputs::Outputs;
 use parameters::{Parameters, declared};
+use rosout::{Lines, Rosout};
 use runner::Runner;
 pub use start::Start;
 
@@ -94,7 +99,7 @@ impl NodeError {
 /// # Errors
 /// [`NodeError`] when it cannot start, or when the arena stalls before the time is over.
 pub fn run(scene: &Scene, options: &RunOptions) -> Result<(), NodeError> {
-    start_log(options.start.log_level);
+    let lines = start_log(options.start.log_level);
     let mut scene = scene.clone();
     let parameters = parameters(&mut scene, options).map_err(NodeError::BadUse)?;
     let (domain_id, reach) = (start::domain_id()?, Reach::from_environment(start::environment)?);
@@ -105,7 +110,10 @@ pub fn run(scene: &Scene, options: &RunOptions) -> Result<(), NodeError> {
     let outcome = runtime.block_on(async {
         let inputs = Inputs::open(&mut ros, &scene)?;
         let outputs = Outputs::open(&mut ros, listeners, &scene)?;
-        Runner::new(scene, parameters, (inputs, outputs), &mut ros, options)?.run(stop).await
+        let rosout = Rosout::open(&mut ros, lines, &options.start.names.to_string())?;
+        Runner::new(scene, parameters, (inputs, outputs, rosout), &mut ros, options)?
+            .run(stop)
+            .await
     });
     ros.close();
     outcome
@@ -123,20 +131,21 @@ fn parameters(scene: &mut Scene, options: &RunOptions) -> Result<Parameters, Str
 }
 
 /// Warnings of the DDS library are many and harmless: RUST_LOG shows them.
-fn start_log(level: Option<&str>) {
+fn start_log(level: Option<&str>) -> Lines {
     let usual = || {
         let level = level.unwrap_or("info");
         format!("{level},rustdds=off,ros2_client=off,cdr_encoding=off").into()
     };
-    let filter = tracing_subscriber::EnvFilter::try_from_default_env().unwrap_or_else(|_| usual());
-    // A second start in one process keeps the first log.
-    let _ = tracing_subscriber::fmt()
+    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| usual());
+    let errors = tracing_subscriber::fmt::layer()
         .with_writer(std::io::stderr)
         .with_target(false)
-        .with_env_filter(filter)
         // A log that nobody reads any more is no reason to stop.
-        .log_internal_errors(false)
-        .try_init();
+        .log_internal_errors(false);
+    let (tap, lines) = rosout::tap();
+    // A second start in one process keeps the first log.
+    let _ = tracing_subscriber::registry().with(filter).with(errors).with(tap).try_init();
+    lines
 }
 
 /// SIGINT and SIGTERM.

@@ -131,12 +131,11 @@ impl Outputs {
         self.odometry(stage, arena, complaints);
         if arena.now() >= self.next_picture && self.listeners.hear(&self.markers) {
             self.next_picture = arena.now() + 1.0 / PICTURES_HZ;
-            let settings = &stage.scene().settings;
             let picture = Picture {
                 pucks: stage.now(),
                 observed: stage.world().observed(),
-                walls: settings.walls,
-                periodic: settings.periodic,
+                walls: stage.world().walls(),
+                periodic: stage.scene().settings.periodic,
             };
             let header = Header { stamp: stamp(arena), frame_id: self.frame_id.clone() };
             let markers = self.drawn.draw(&header, &picture);

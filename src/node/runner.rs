@@ -17,6 +17,7 @@ use super::parameters::Parameters;
 use super::parameters::declared::{self, Change};
 use super::parameters::services::{self as parameter_services, Changed, ParameterEvent};
 use super::robots::Robots;
+use super::rosout::Rosout;
 use super::simulation::services::{self as simulation_services, Effect, Request};
 use super::simulation::steps::{Steps, Telling};
 use super::stage::Stage;
@@ -40,6 +41,7 @@ pub struct Runner<'a> {
     ros: &'a mut Ros,
     inputs: Inputs,
     outputs: Outputs,
+    rosout: Rosout,
     stage: Stage,
     steps: Steps,
     robots: Robots,
@@ -67,7 +69,7 @@ impl<'a> Runner<'a> {
     pub fn new(
         scene: Scene,
         parameters: Parameters,
-        (mut inputs, outputs): (Inputs, Outputs),
+        (mut inputs, outputs, rosout): (Inputs, Outputs, Rosout),
         ros: &'a mut Ros,
         options: &RunOptions,
     ) -> Result<Self, DdsError> {
@@ -82,6 +84,7 @@ impl<'a> Runner<'a> {
             ros,
             inputs,
             outputs,
+            rosout,
             live: Live::new(&scene, start),
             stage: Stage::new(scene, time),
             steps,
@@ -125,6 +128,7 @@ impl<'a> Runner<'a> {
             self.tick_if_due(now);
             self.report_if_due(now);
             self.outputs.send_waiting(now, &mut self.complaints);
+            self.rosout.tell(&mut self.complaints);
         }
         self.complaints.settle();
         self.status.finish(self.stage.world().arena(), Instant::now());
@@ -311,8 +315,12 @@ impl<'a> Runner<'a> {
     }
 
     fn serve_parameters(&mut self, request: &parameter_services::Request) {
-        let scene = self.stage.scene();
-        let veto = |name: &str, value: &ParameterValue| declared::veto(scene, name, value);
+        let (scene, pucks, walls) =
+            (self.stage.scene(), self.stage.pucks(), self.stage.world().walls());
+        let veto = |name: &str, value: &ParameterValue| {
+            declared::veto(scene, name, value)?;
+            declared::veto_walls(walls, pucks, name, value)
+        };
         let (changed, answered) = parameter_services::answer(request, &mut self.parameters, &veto);
         if let Err(error) = answered {
             self.complaints.unsent("parameters", &error);
@@ -334,6 +342,13 @@ impl<'a> Runner<'a> {
             Change::StaleAfter(time) => self.stage.world_mut().set_stale_after(time),
             Change::ContactMargin(margin) => self.stage.world_mut().set_contact_margin(margin),
             Change::CommandTimeout(time) => self.stage.world_mut().set_command_timeout(time),
+            Change::Walls(min, max) => {
+                let outcome = self.command(Command::MoveWalls { min, max });
+                if let Some((_, why)) = outcome.not_done.first() {
+                    self.complaints.say("walls", why);
+                    self.follow_walls();
+                }
+            }
             Change::UseSimTime(_) => {
                 // Two clocks tell nothing about each other.
                 self.stage.world_mut().forget_observed();
@@ -385,6 +400,16 @@ impl<'a> Runner<'a> {
             self.outputs.restart();
             self.status.restart(self.stage.world().arena(), Instant::now());
             self.tell_time();
+        }
+        self.follow_walls();
+    }
+
+    /// The walls may have been moved by another than the parameter: a reset, another scene.
+    fn follow_walls(&mut self) {
+        let is = declared::sides(self.stage.world().walls());
+        if self.parameters.value("walls") != is {
+            self.parameters.put("walls", is.clone());
+            self.tell_parameters(Vec::new(), vec![("walls".to_owned(), is)]);
         }
     }
 

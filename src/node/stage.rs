@@ -11,7 +11,9 @@ use glam::DVec2;
 use super::timeline::Timeline;
 use crate::scene::file::is_token;
 use crate::scene::{Puck, Scene};
-use crate::world::{Command, Disc, DiscId, Instants, NotDone, Owner, Settings, World, limits};
+use crate::world::{
+    Command, Disc, DiscId, Instants, NotDone, Owner, Settings, Walls, World, limits,
+};
 
 /// What the simulation does, as simulation_interfaces has it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -249,7 +251,7 @@ impl Stage {
         if let Some(defect) = disc.refusal() {
             return Err(NotDone::Defect(defect));
         }
-        let inside = |walls: &crate::world::Walls| walls.contain(disc.position, disc.radius);
+        let inside = |walls: &Walls| walls.contain(disc.position, disc.radius);
         if !self.scene.settings.walls.as_ref().is_none_or(inside) {
             return Err(NotDone::OutsideWalls);
         }
@@ -280,8 +282,9 @@ impl Stage {
             self.world = World::new(self.scene.settings, &discs);
             self.time.restart(now);
         } else {
-            let gone: Vec<DiscId> = self.pucks.iter().map(|puck| puck.disc.id).collect();
             let wrong = |error: NotDone| error.to_string();
+            self.move_walls_back().map_err(wrong)?;
+            let gone: Vec<DiscId> = self.pucks.iter().map(|puck| puck.disc.id).collect();
             for id in gone {
                 self.ask(Command::RemovePuck { id }).map_err(wrong)?;
             }
@@ -293,6 +296,16 @@ impl Stage {
         let left: HashSet<DiscId> = self.pucks.iter().map(|puck| puck.disc.id).collect();
         self.spawned.retain(|id| left.contains(id));
         Ok(())
+    }
+
+    /// To where the scene has them.
+    fn move_walls_back(&mut self) -> Result<(), NotDone> {
+        match self.scene.settings.walls {
+            Some(Walls { min, max, .. }) if self.scene.settings.walls != self.world.walls() => {
+                self.ask(Command::MoveWalls { min, max })
+            }
+            _ => Ok(()),
+        }
     }
 
     fn free_name(&self, wished: &str) -> String {

@@ -8,8 +8,8 @@ pub const CIRCLES_PER_MESSAGE: usize = 200_000;
 /// Most observed circles held at once, over all publishers.
 pub const OBSERVED_CIRCLES: usize = 200_000;
 
-/// Most pucks in a scene: the plain method looks at all of them at each collision.
-pub const PUCKS_PER_SCENE: usize = 20_000;
+/// Most pucks in a scene: more have no room in an array that others read at any useful rate.
+pub const PUCKS_PER_SCENE: usize = 200_000;
 
 /// Largest coordinate, speed, radius and finite mass accepted, in SI units; squares and products
 /// of a few of them stay in the range of doubles.

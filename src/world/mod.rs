@@ -217,6 +217,11 @@ impl World {
         self.settings.contact_margin = contact_margin;
     }
 
+    /// The walls where they are now.
+    pub fn walls(&self) -> Option<Walls> {
+        self.settings.walls
+    }
+
     /// Forgets all observed circles: the clock by which they are stale has jumped back.
     pub fn forget_observed(&mut self) {
         let all = self.observed.clear();

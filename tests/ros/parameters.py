@@ -1,5 +1,6 @@
 """Every setting is a parameter: from files and the command line, and while the node runs."""
 
+from carom.msg import CircleStates
 from harness import CHANGED, TIMEOUT_S, Carom, Circle, Client, Heard, scene, wait_until
 from rcl_interfaces.msg import ParameterEvent, ParameterType
 from rcl_interfaces.srv import (
@@ -9,6 +10,7 @@ from rcl_interfaces.srv import (
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.qos import qos_profile_parameter_events
 from refused import check_refused
+from simulation_interfaces.srv import ResetSimulation
 
 SERVICES = {
     "describe_parameters": DescribeParameters, "get_parameters": GetParameters,
@@ -27,6 +29,12 @@ FILE = """
 other:
   ros__parameters:
     frame_id: wrong
+"""
+
+ONE_PUCK = """
+walls: {x: [0, 8], y: [0, 4]}
+pucks:
+  - {name: one, position: [7, 2], velocity: [0, 1], radius: 0.5}
 """
 
 
@@ -133,8 +141,41 @@ def check_files(client):
         assert parameters.set(rate=2).results[0].successful
 
 
+def check_walls(client):
+    """Walls move while it runs and bring pucks inside; a reset has them where the scene has."""
+    states = Heard(client, CircleStates, "arena_states", of=lambda message: message.circles)
+    events = Heard(client, ParameterEvent, "/parameter_events", qos_profile_parameter_events)
+
+    def lies_within(left, right):
+        """Of the latest state: the puck's circle."""
+        return states and left <= states[-1][0].x - 0.5 and states[-1][0].x + 0.5 <= right
+
+    with Carom(scene(ONE_PUCK)):
+        parameters = Parameters(client)
+        reset = client.node.create_client(ResetSimulation, "/reset_simulation")
+        assert reset.wait_for_service(TIMEOUT_S)
+        assert parameters.get("walls") == [[0.0, 8.0, 0.0, 4.0]]
+        wait_until(lambda: lies_within(6.0, 8.0), "the puck where the scene has it")
+        for sides, reason in [([0.0, 4.0], "four numbers"), ([0.0, 0.5, 0.0, 4.0], "room"),
+                              ([4.0, 0.0, 0.0, 4.0], "room"),
+                              ([0.0, float("nan"), 0.0, 4.0], "room")]:
+            result, = parameters.set(walls=sides).results
+            assert not result.successful and reason in result.reason, (sides, result)
+        assert lies_within(6.0, 8.0), states[-1]
+        assert parameters.set(walls=[0.0, 3.0, 0.0, 4.0]).results[0].successful
+        wait_until(lambda: lies_within(0.0, 3.0), "the puck brought inside")
+        events.clear()
+        reset.call_async(ResetSimulation.Request())
+        wait_until(lambda: lies_within(6.0, 8.0), "the puck back where the scene has it")
+        wait_until(lambda: [e for e in events if e.changed_parameters], "an event of the reset")
+        assert parameters.get("walls") == [[0.0, 8.0, 0.0, 4.0]]
+    with Carom(scene(ONE_PUCK), "--ros-args", "-p", "walls:=[0.0, 9.0, -1.0, 4.0]"):
+        assert Parameters(client).get("walls") == [[0.0, 9.0, -1.0, 4.0]]
+
+
 def main():
     with Client() as client:
+        check_walls(client)
         check_services(client)
         check_effect(client)
         check_files(client)
@@ -142,6 +183,7 @@ def main():
     check_refused(["--ros-args", "-p", "publish_rate_hz:=-1"], "publish_rate_hz", "not in")
     check_refused(["--ros-args", "-p", "method:=magic"], "method", "events, plain")
     check_refused(["--ros-args", "-p", "step_s:=0.0"], "step_s", "above 0")
+    check_refused(["break_shot", "--ros-args", "-p", "walls:=[0.0, 0.1, 0.0, 0.1]"], "walls", "in")
     check_refused(["--ros-args", "-r", "__ns:=a b"], "a b", "not a ROS name")
     check_refused(["--ros-args", "--frob"], "unknown argument", "--frob")
     check_refused(["--ros-args", "--params-file", "nowhere.yaml"], "nowhere.yaml", "No such file")

@@ -4,8 +4,11 @@ import re
 import subprocess
 from math import inf, nan
 
-from harness import BINARY, TIMEOUT_S, Carom, Circle, Client, scene
+from harness import BINARY, TIMEOUT_S, Carom, Circle, Client, Heard, scene, wait_until
+from rcl_interfaces.msg import Log
+from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 
+LOG_QOS = QoSProfile(depth=1000, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
 GOOD = [Circle(1, 0, 0, 1, 0, 1, 1), Circle(2, 2, 0, -1, 0, 1, 1)]
 SWAPPED = {1: (-1.0, 0.0), 2: (1.0, 0.0)}
 # Each would be in a contact of its own with a good circle, were it accepted: a wrong answer.
@@ -24,11 +27,19 @@ BAD = [
 def check_messages():
     bad = [circle for circle, _ in BAD]
     with Carom("resolver") as carom, Client() as client:
+        # Late, and told from the beginning all the same.
+        log = Heard(client, Log, "/rosout", LOG_QOS)
         client.connect()
         mixed = client.ask([*bad[:3], GOOD[0], *bad[3:], GOOD[1]], "good pair among bad circles")
         assert mixed.velocities == SWAPPED, f"good pair among bad circles: {mixed.velocities}"
         for circle, word in BAD:
-            carom.wait_for_line("ERROR", "circle_states", rf"\b{circle.id}\b", rf"\b{word}\b")
+            name, reason = rf"\b{circle.id}\b", rf"\b{word}\b"
+            line = carom.wait_for_line("ERROR", "circle_states", name, reason)
+            wait_until(lambda: [entry for entry in log if entry.msg in line],
+                       f"/rosout says what stderr does: {line}")
+        said = {(entry.level, entry.name) for entry in log if "circle" in entry.msg}
+        assert said == {(Log.ERROR, "carom")}, said
+        assert [entry for entry in log if entry.level == Log.INFO], log
         client.expect_no_answer(bad, "all circles bad")
         good = client.ask(GOOD, "good message after bad ones")
         assert good.velocities == SWAPPED, f"good message after bad ones: {good.velocities}"

@@ -1,11 +1,13 @@
 //! What the node declares: each setting once, and what a new value does.
 
+use glam::DVec2;
 use ros2_client::ParameterValue;
 
 use super::{Parameter, Parameters};
+use crate::motion::entry;
 use crate::node::arguments::Override;
-use crate::scene::Scene;
-use crate::world::limits;
+use crate::scene::{Puck, Scene};
+use crate::world::{Disc, Walls, limits};
 
 /// Longest time in seconds that means something: thirty years.
 const SECONDS_MAX: f64 = 1e9;
@@ -31,6 +33,8 @@ pub enum Change {
     CommandTimeout(f64),
     /// Whether time is that of `/clock`.
     UseSimTime(bool),
+    /// Where the walls are: lower left and upper right corner, m.
+    Walls(DVec2, DVec2),
 }
 
 impl Change {
@@ -43,6 +47,10 @@ impl Change {
             ("contact_margin_m", ParameterValue::Double(margin)) => Self::ContactMargin(*margin),
             ("command_timeout_s", ParameterValue::Double(time)) => Self::CommandTimeout(*time),
             ("use_sim_time", ParameterValue::Boolean(use_it)) => Self::UseSimTime(*use_it),
+            ("walls", ParameterValue::DoubleArray(sides)) => {
+                let &[left, right, bottom, top] = sides.as_slice() else { return None };
+                Self::Walls(DVec2::new(left, bottom), DVec2::new(right, top))
+            }
             _ => return None,
         })
     }
@@ -86,7 +94,16 @@ fn of_the_run(scene: &Scene, name: &str, rate: f64, seconds: Option<f64>) -> Vec
             .settable()
             .within(0.0, f64::MAX)
             .only("0 = as fast as possible"),
+        Parameter::new("walls", sides(settings.walls), "The box around the pucks, m.")
+            .settable()
+            .only("x_min, x_max, y_min, y_max; pucks outside are brought inside; empty = no walls"),
     ]
+}
+
+/// The walls as the parameter has them.
+pub fn sides(walls: Option<Walls>) -> ParameterValue {
+    let sides = |Walls { min, max, .. }| vec![min.x, max.x, min.y, max.y];
+    ParameterValue::DoubleArray(walls.map_or(Vec::new(), sides))
 }
 
 /// What the node says, hears and forgets.
@@ -176,6 +193,23 @@ pub fn veto(scene: &Scene, name: &str, value: &ParameterValue) -> Result<(), Str
     Ok(())
 }
 
+/// Why a value of `walls` would be wrong for walls that are here now and pucks within.
+pub fn veto_walls(
+    walls: Option<Walls>,
+    pucks: &[Puck],
+    name: &str,
+    value: &ParameterValue,
+) -> Result<(), String> {
+    if name != "walls" || *value == sides(walls) {
+        return Ok(());
+    }
+    let Some(Change::Walls(min, max)) = Change::of(name, value) else {
+        return Err("walls: four numbers, x_min, x_max, y_min, y_max, m".to_owned());
+    };
+    let widest = pucks.iter().map(|puck| puck.disc.radius).fold(0.0, f64::max);
+    entry::moved(walls, (min, max), widest).map(drop).map_err(|error| format!("walls: {error}"))
+}
+
 /// Writes the values back into the scene that is about to run.
 ///
 /// # Errors
@@ -183,6 +217,7 @@ pub fn veto(scene: &Scene, name: &str, value: &ParameterValue) -> Result<(), Str
 pub fn apply(parameters: &Parameters, scene: &mut Scene) -> Result<(), String> {
     for (name, value) in parameters.all() {
         veto(scene, &name, &value)?;
+        veto_walls(scene.settings.walls, &scene.pucks, &name, &value)?;
         match (name.as_str(), value) {
             ("frame_id", ParameterValue::String(frame)) => scene.node.frame_id = frame,
             ("circle_topics", ParameterValue::StringArray(topics)) => {
@@ -193,9 +228,21 @@ pub fn apply(parameters: &Parameters, scene: &mut Scene) -> Result<(), String> {
                 Some(Change::StaleAfter(time)) => scene.settings.stale_after = time,
                 Some(Change::ContactMargin(margin)) => scene.settings.contact_margin = margin,
                 Some(Change::CommandTimeout(time)) => scene.settings.command_timeout = time,
+                Some(Change::Walls(min, max)) => put_walls(scene, min, max)?,
                 _ => {}
             },
         }
     }
     Ok(())
+}
+
+/// Moves the walls of a scene that has not begun: nobody is brought inside.
+fn put_walls(scene: &mut Scene, min: DVec2, max: DVec2) -> Result<(), String> {
+    let Some(walls) = scene.settings.walls.as_mut() else { return Ok(()) };
+    (walls.min, walls.max) = (min, max);
+    let outside = |disc: &Disc| !walls.contain(disc.position, disc.radius);
+    match scene.pucks.iter().find(|puck| outside(&puck.disc)) {
+        Some(puck) => Err(format!("walls: puck `{}` must lie inside", puck.name)),
+        None => Ok(()),
+    }
 }

@@ -210,9 +210,7 @@ impl Parameters {
             .collect();
         let taken = taken?;
         for (name, value) in &taken {
-            self.all.iter_mut().filter(|each| each.name == *name).for_each(|each| {
-                each.value = value.clone();
-            });
+            self.put(name, value.clone());
         }
         Ok(taken)
     }
@@ -220,6 +218,13 @@ impl Parameters {
     /// All of them as an event tells them.
     pub fn all(&self) -> impl Iterator<Item = (String, ParameterValue)> {
         self.all.iter().map(|each| (each.name.clone().into_owned(), each.value.clone()))
+    }
+
+    /// A value that the node itself gives.
+    pub fn put(&mut self, name: &str, value: ParameterValue) {
+        self.all.iter_mut().filter(|each| each.name == name).for_each(|each| {
+            each.value = value.clone();
+        });
     }
 
     fn find(&self, name: &str) -> Option<&Parameter> {
