@@ -20,7 +20,8 @@ const DOMAIN: &str = "100";
 fn a_workspace_gets_the_node_its_messages_and_the_launch_file() {
     let environment = environment(Distribution::Kilted);
     let _alone = MACHINE.write().unwrap_or_else(PoisonError::into_inner);
-    let workspace = target().join("colcon");
+    // Gone with the environment: CMake keeps where it found ROS.
+    let workspace = environment.join("workspace");
     let (install, package) = (workspace.join("install"), workspace.join("src/carom"));
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     copy(root, &package).expect("the target directory is writable");
