@@ -82,11 +82,12 @@ impl Timeline {
     /// Tells how far the simulation has come; whether that is a tick, which is then over.
     pub fn reach(&mut self, simulated: f64, now: Instant) -> bool {
         self.reached = simulated;
-        if !self.paused {
-            self.pace.reached(simulated, now);
-        }
         let is_tick = simulated >= self.next_tick();
         if is_tick {
+            // Not before: on the way to a tick the arena is behind by as much as ticks are apart.
+            if !self.paused {
+                self.pace.reached(simulated, now);
+            }
             self.ticks += 1;
             self.steps_left = self.steps_left.saturating_sub(1);
         }
@@ -178,6 +179,20 @@ mod tests {
         assert!((time.next_tick() - 0.06).abs() < 1e-12);
         time.restart(after(1.0, start));
         assert_eq!((time.next_tick(), time.rate()), (0.0, 2.0));
+    }
+
+    #[test]
+    fn a_tick_that_takes_several_steps_costs_no_time() {
+        let start = Instant::now();
+        let mut time = Timeline::new(1.0, 1.0, None, start);
+        assert!(time.reach(0.0, start));
+        assert!(!time.reach(0.3, after(1.0, start)));
+        assert_eq!(time.due(after(1.001, start)), 1.0);
+        assert!(time.reach(1.0, after(1.002, start)));
+        assert_eq!(time.wake(start), after(2.0, start));
+        // A tick that comes half a second late does: what is lost is not made up for.
+        assert!(time.reach(2.0, after(2.5, start)));
+        assert_eq!(time.wake(start), after(3.5, start));
     }
 
     #[test]
