@@ -15,7 +15,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 /// Domains up to 101 stay clear of the ports that Linux gives to others.
-const FIRST_DOMAIN: u32 = 80;
+const FIRST_DOMAIN: u32 = 70;
 const RUN_TIME_MAX: Duration = Duration::from_secs(120);
 /// For a script that was asked to end: it ends its node first.
 const GRACE: Duration = Duration::from_secs(10);
@@ -50,6 +50,11 @@ beside_others! {
     13 simulation
     14 markers
     16 robots
+    17 killed
+    18 crowd
+    19 payloads
+    20 datagrams
+    23 endurance
 }
 
 macro_rules! alone {
@@ -66,6 +71,8 @@ macro_rules! alone {
 alone! {
     0 kilohertz
     15 large
+    21 flood
+    22 deaf
 }
 
 /// Runs one script and fails with its whole output if it does.
