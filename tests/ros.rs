@@ -18,8 +18,8 @@ use std::sync::{PoisonError, RwLock};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// A script's domain is this plus its index. Those up to 101 stay clear of the ports that Linux gives
-/// to others.
+/// By distribution; a script's domain is its index more. Domains up to 101 stay clear of the ports
+/// that Linux gives to others.
 const FIRST_DOMAIN: [u32; 2] = [70, 40];
 const RUN_TIME_MAX: Duration = Duration::from_secs(120);
 /// For a script that was asked to end: it ends its node first.
@@ -63,10 +63,17 @@ macro_rules! suite {
                     12 error_report
                     13 simulation
                     14 markers
-                    16 robots;
+                    16 robots
+                    17 killed
+                    18 crowd
+                    19 payloads
+                    20 datagrams
+                    23 endurance;
                 alone:
                     0 kilohertz
                     15 large
+                    21 flood
+                    22 deaf
             }
         }
     };

@@ -29,8 +29,13 @@ impl Complaints {
 
     /// Input on a topic was refused.
     pub fn refuse(&mut self, topic: &str, cause: Cause, what: &dyn Display) {
-        self.refused.count(cause);
+        self.count(cause);
         self.say(topic, what);
+    }
+
+    /// Input was refused, of which everything is said.
+    pub fn count(&mut self, cause: Cause) {
+        self.refused.count(cause);
     }
 
     /// A message was not sent.

@@ -6,8 +6,10 @@
 //! Nothing here may block the caller: a publisher whose send window is full refuses the message.
 //! Nothing from the network may panic: an undecodable payload is an error, and reading goes on.
 
-use std::collections::{HashMap, HashSet};
+use std::cell::Cell;
+use std::collections::HashMap;
 use std::net::Ipv4Addr;
+use std::thread;
 use std::time::Duration;
 
 use futures::Stream;
@@ -16,11 +18,12 @@ use ros2_client::qos::{Durability, History, QosProfile, WhenFull};
 use ros2_client::service::ServiceMapping;
 use ros2_client::{
     ActionTypeName, AsyncActionServer, Context, Gid, MessageInfo, MessageTypeName, Name, Node,
-    NodeName, NodeOptions, ServiceTypeName, WriteError,
+    NodeName, NodeOptions, ReadResult, ServiceTypeName, WriteError,
 };
+use rustdds::policy::ResourceLimits;
 use rustdds::{
-    DomainParticipantBuilder, DomainParticipantStatusEvent, DomainParticipantStatusListener, GUID,
-    RTPSEntity, StatusEvented,
+    DomainParticipant, DomainParticipantBuilder, GUID, QosPolicies, QosPolicyBuilder, RTPSEntity,
+    TopicDescription, TopicKind,
 };
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -28,6 +31,7 @@ use serde::de::DeserializeOwned;
 use super::farewell;
 use super::names::{BadName, Names};
 use super::parameters::services::ParameterEvent;
+use super::peers::Peers;
 use super::rosout::Log;
 use super::service::{RosService, Service};
 use super::simulation::wire::{StepsFeedback, StepsGoal, StepsResult};
@@ -39,12 +43,21 @@ use crate::messages::{
 /// Largest domain whose ports fit into 16 bits; RustDDS overflows silently above it.
 pub const DOMAIN_ID_MAX: u16 = 232;
 
+/// When a participant that starts has announced itself: RustDDS does it after 0.1 s. Fast DDS
+/// loses for ever what it hears about endpoints of a participant that it does not know yet. (Who
+/// starts in the very milliseconds in which endpoints are opened may still miss some.)
+const ANNOUNCED_AFTER: Duration = Duration::from_millis(150);
+
 /// Requests that wait for the loop, and answers for a slow client: as rmw has them.
 const SERVICE_DEPTH: usize = 10;
 
 /// Lines of the log that one who comes late hears, none of them older: as rcl has them.
 const LOG_DEPTH: usize = 1_000;
 const LOG_LIFESPAN: Duration = Duration::from_secs(10);
+/// Messages that DDS keeps for a reader that does not acknowledge them: beyond it nobody is sent
+/// any more. A dead reader is known as such after the lease of 20 s that Fast DDS gives, so that
+/// this many are sent in 20 s at 1.6 kHz.
+const UNACKNOWLEDGED_MAX: i32 = 32_768;
 
 /// What can go wrong at this door.
 #[derive(Debug, thiserror::Error)]
@@ -76,8 +89,11 @@ pub enum DdsError {
     /// A payload that is not the type of its topic. The next message can still be read.
     #[error("undecodable message: {0}")]
     Undecodable(String),
+    /// A message from a publisher of another type, which `Peers` tells of.
+    #[error("a message of another type")]
+    WrongType,
     /// A reliable reader has stopped acknowledging and the send window is full.
-    #[error("send window full: a subscriber has stopped reading")]
+    #[error("send window full: a subscriber acknowledges nothing")]
     WindowFull,
     /// The answer of a service does not fit into one datagram.
     #[error("an answer of {0} bytes is larger than one datagram: ask for less at a time")]
@@ -155,6 +171,8 @@ pub struct Ros {
     // Dropped in this order: the node says goodbye, then the participant goes.
     node: Node,
     _context: Context,
+    participant: DomainParticipant,
+    peers: Peers,
     names: Names,
     guid: [u8; 16],
     reach: Reach,
@@ -162,8 +180,8 @@ pub struct Ros {
 
 impl Ros {
     /// Opens a participant in `domain_id` and a node of this name without rosout and parameter
-    /// services; tells who listens to its publishers.
-    pub fn open(names: Names, domain_id: u16, reach: Reach) -> Result<(Self, Listeners), DdsError> {
+    /// services.
+    pub fn open(names: Names, domain_id: u16, reach: Reach) -> Result<Self, DdsError> {
         if domain_id > DOMAIN_ID_MAX {
             return Err(DdsError::DomainId(domain_id));
         }
@@ -174,13 +192,21 @@ impl Ros {
             builder = builder.with_only_networks([Ipv4Addr::LOCALHOST]);
         }
         let participant = builder.build().map_err(|e| cannot_open("the participant", &e))?;
-        let listeners = Listeners::new(participant.status_listener());
+        warn_of_a_crowd(participant.participant_id(), domain_id);
+        let peers = Peers::new(participant.status_listener());
+        thread::sleep(ANNOUNCED_AFTER);
+        peers.let_newcomers_meet();
         let guid = participant.guid().to_bytes();
-        let context = Context::from_domain_participant(participant)
+        let context = Context::from_domain_participant(participant.clone())
             .map_err(|e| cannot_open("the context", &e))?;
         let options = NodeOptions::new().enable_rosout(false).start_parameter_services(false);
         let node = context.new_node(name, options).map_err(|e| cannot_open("the node", &e))?;
-        Ok((Self { node, _context: context, names, guid, reach }, listeners))
+        Ok(Self { node, _context: context, participant, peers, names, guid, reach })
+    }
+
+    /// Who else there is.
+    pub fn peers(&self) -> &Peers {
+        &self.peers
     }
 
     /// A reliable, volatile publisher on a topic of this name, as the command line renames it.
@@ -192,7 +218,7 @@ impl Ros {
         let qos = QosProfile::publisher_default()
             .reliability_reliable(WhenFull::Fail)
             .history(History::KeepLast { depth });
-        self.publish_with(topic, qos)
+        self.publish_with(topic, depth, qos)
     }
 
     /// The publisher of `/rosout`, as rcl has it: who comes late hears what was said.
@@ -202,20 +228,39 @@ impl Ros {
             .durability(Durability::TransientLocal)
             .lifespan(Some(LOG_LIFESPAN))
             .history(History::KeepLast { depth: LOG_DEPTH });
-        self.publish_with("/rosout", qos)
+        self.publish_with("/rosout", LOG_DEPTH, qos)
     }
 
     fn publish_with<M: RosMessage>(
         &mut self,
         topic: &str,
+        depth: usize,
         qos: QosProfile,
     ) -> Result<Publisher<M>, DdsError> {
-        let topic_handle = self.topic::<M>(topic, &qos)?;
+        self.peers.let_newcomers_meet();
+        let bounds = QosPolicyBuilder::new()
+            .resource_limits(ResourceLimits {
+                max_samples: UNACKNOWLEDGED_MAX,
+                max_instances: 1,
+                max_samples_per_instance: UNACKNOWLEDGED_MAX,
+            })
+            .build();
+        let topic_handle = self.topic::<M>(topic, &QosPolicies::from(&qos).modify_by(&bounds))?;
+        self.peers.add_topic(&topic_handle);
         let inner = self
             .node
             .create_publisher(&topic_handle, Some(qos))
             .map_err(|e| cannot_open(topic, &e))?;
-        Ok(Publisher { inner, topic: topic.to_owned() })
+        Ok(Publisher { inner, topic: topic.to_owned(), depth, is_stuck: Cell::new(false) })
+    }
+
+    /// Opens a publisher anew if a subscriber that acknowledges nothing has brought it to a halt:
+    /// the others then get on.
+    pub fn free<M: RosMessage>(&mut self, publisher: &mut Publisher<M>) -> Result<(), DdsError> {
+        if publisher.is_stuck.get() {
+            *publisher = self.publisher(&publisher.topic, publisher.depth)?;
+        }
+        Ok(())
     }
 
     /// A best-effort subscription, which matches every publisher of the type.
@@ -225,17 +270,21 @@ impl Ros {
         topic: &str,
         depth: usize,
     ) -> Result<Subscription<M>, DdsError> {
+        self.peers.let_newcomers_meet();
         let qos = QosProfile::subscription_default().history(History::KeepLast { depth });
-        let topic_handle = self.topic::<M>(topic, &qos)?;
+        let topic_handle = self.topic::<M>(topic, &QosPolicies::from(&qos))?;
+        self.peers.add_topic(&topic_handle);
         let inner = self
             .node
             .create_subscription(&topic_handle, Some(qos))
             .map_err(|e| cannot_open(topic, &e))?;
-        Ok(Subscription { inner, numbers: Numbers::default() })
+        let (peers, topic) = (self.peers.clone(), topic_handle.name());
+        Ok(Subscription { inner, numbers: Numbers::default(), peers, topic })
     }
 
     /// A service of this name, as the command line renames it, as Fast DDS maps it to topics.
     pub fn service<S: RosService>(&mut self, name: &str) -> Result<Service<S>, DdsError> {
+        self.peers.let_newcomers_meet();
         let full = self.names.service(name)?;
         let full = Name::parse(&full).map_err(|e| cannot_open(name, &e))?;
         let kind = ServiceTypeName::new(S::PACKAGE, S::TYPE);
@@ -252,6 +301,7 @@ impl Ros {
         &mut self,
     ) -> Result<AsyncActionServer<StepsGoal, StepsResult, StepsFeedback>, DdsError> {
         let name = "simulate_steps";
+        self.peers.let_newcomers_meet();
         let full = self.names.service(name)?;
         let full = Name::parse(&full).map_err(|e| cannot_open(name, &e))?;
         let kind = ActionTypeName::new("simulation_interfaces", "SimulateSteps");
@@ -281,64 +331,14 @@ impl Ros {
     fn topic<M: RosMessage>(
         &self,
         topic: &str,
-        qos: &QosProfile,
+        qos: &QosPolicies,
     ) -> Result<rustdds::Topic, DdsError> {
-        // Resolved here: ros2-client makes `rt//name` of a relative name in the namespace `/`.
-        let full = self.names.topic(topic)?;
-        let name = Name::parse(&full).map_err(|e| cannot_open(topic, &e))?;
-        let type_name = MessageTypeName::new(M::PACKAGE, M::TYPE);
-        self.node.create_topic(&name, type_name, qos).map_err(|e| cannot_open(topic, &e))
-    }
-}
-
-/// Which remote readers each publisher has: what nobody hears need not be said.
-pub struct Listeners {
-    status: DomainParticipantStatusListener,
-    readers_of_writer: HashMap<GUID, HashSet<GUID>>,
-    /// Events may have been dropped: everybody may be listening.
-    lost_count: bool,
-}
-
-/// Events waiting beyond which DDS may have dropped some (its channel holds 2048).
-const EVENTS_MAX: usize = 2_000;
-
-impl Listeners {
-    fn new(status: DomainParticipantStatusListener) -> Self {
-        Self { status, readers_of_writer: HashMap::new(), lost_count: false }
-    }
-
-    /// Takes note of who came and went; to be called now and then, or events are dropped.
-    pub fn update(&mut self) {
-        let mut events = 0;
-        while let Some(event) = self.status.try_recv_status() {
-            self.note(event);
-            events += 1;
-        }
-        self.lost_count |= events > EVENTS_MAX;
-    }
-
-    /// Whether somebody hears a publisher, as of the last update.
-    pub fn hear<M: RosMessage>(&self, publisher: &Publisher<M>) -> bool {
-        let readers = self.readers_of_writer.get(&publisher.inner.guid());
-        self.lost_count || readers.is_some_and(|readers| !readers.is_empty())
-    }
-
-    fn note(&mut self, event: DomainParticipantStatusEvent) {
-        use DomainParticipantStatusEvent as Event;
-        match event {
-            Event::RemoteReaderMatched { local_writer, remote_reader } => {
-                self.readers_of_writer.entry(local_writer).or_default().insert(remote_reader);
-            }
-            Event::ReaderLost { guid, .. } => self.forget(|reader| *reader == guid),
-            Event::ParticipantLost { id, .. } => self.forget(|reader| reader.prefix == id),
-            _ => {}
-        }
-    }
-
-    fn forget(&mut self, gone: impl Fn(&GUID) -> bool) {
-        for readers in self.readers_of_writer.values_mut() {
-            readers.retain(|reader| !gone(reader));
-        }
+        // Not through ros2-client, which knows no bounds and makes `rt//name` of a relative name
+        // in the namespace `/`.
+        let name = format!("rt{}", self.names.topic(topic)?);
+        let type_name = MessageTypeName::new(M::PACKAGE, M::TYPE).dds_msg_type();
+        let made = self.participant.create_topic(name, type_name, qos, TopicKind::NoKey);
+        made.map_err(|e| cannot_open(topic, &e))
     }
 }
 
@@ -346,9 +346,16 @@ impl Listeners {
 pub struct Publisher<M: RosMessage> {
     inner: ros2_client::Publisher<M>,
     topic: String,
+    depth: usize,
+    is_stuck: Cell<bool>,
 }
 
 impl<M: RosMessage> Publisher<M> {
+    /// Its name in DDS.
+    pub fn guid(&self) -> GUID {
+        self.inner.guid()
+    }
+
     /// Its topic, as it was asked for.
     pub fn topic(&self) -> &str {
         &self.topic
@@ -357,7 +364,10 @@ impl<M: RosMessage> Publisher<M> {
     /// Hands the message to DDS at once or not at all.
     pub fn publish(&self, message: M) -> Result<(), DdsError> {
         self.inner.publish(message).map_err(|error| match error.forget_data() {
-            WriteError::WouldBlock { .. } => DdsError::WindowFull,
+            WriteError::WouldBlock { .. } => {
+                self.is_stuck.set(true);
+                DdsError::WindowFull
+            }
             other => DdsError::Send(other.to_string()),
         })
     }
@@ -367,6 +377,9 @@ impl<M: RosMessage> Publisher<M> {
 pub struct Subscription<M: RosMessage> {
     inner: ros2_client::Subscription<M>,
     numbers: Numbers,
+    peers: Peers,
+    /// Its name in DDS.
+    topic: String,
 }
 
 /// What was read, and how many messages before it never were.
@@ -381,19 +394,33 @@ impl<M: RosMessage> Subscription<M> {
     /// All messages from now on; it never ends.
     pub fn into_stream(self) -> impl Stream<Item = Received<M>> {
         futures::stream::unfold(self, async |mut subscription| {
-            let received = match subscription.inner.async_take().await {
-                Ok((message, info)) => {
-                    let dropped = subscription.numbers.missing_before(&info);
-                    Received { message: Ok(message), dropped }
-                }
-                Err(error) => {
-                    subscription.numbers.unknown += 1;
-                    let error = DdsError::Undecodable(error.to_string());
-                    Received { message: Err(error), dropped: 0 }
-                }
-            };
+            let received = subscription.received(subscription.inner.async_take().await);
             Some((received, subscription))
         })
+    }
+
+    fn received(&mut self, taken: ReadResult<(M, MessageInfo)>) -> Received<M> {
+        match taken {
+            Ok((message, info)) => {
+                let publisher = info.publisher_gid();
+                if !self.numbers.last.contains_key(&publisher) {
+                    // DDS tells of a publisher before it delivers its first message.
+                    self.peers.update();
+                }
+                let dropped = self.numbers.missing_before(&info);
+                let is_ours = !self.peers.is_stranger(publisher);
+                let message = if is_ours { Ok(message) } else { Err(DdsError::WrongType) };
+                Received { message, dropped }
+            }
+            Err(error) => {
+                self.numbers.unknown += 1;
+                let error = match self.peers.has_stranger(&self.topic) {
+                    true => DdsError::WrongType,
+                    false => DdsError::Undecodable(error.to_string()),
+                };
+                Received { message: Err(error), dropped: 0 }
+            }
+        }
     }
 }
 
@@ -424,6 +451,18 @@ impl Numbers {
         let read = gap.min(self.unknown);
         self.unknown -= read;
         gap - read
+    }
+}
+
+/// Beyond those that announce themselves to each other it is a matter of luck who is found.
+fn warn_of_a_crowd(participant_id: u16, domain_id: u16) {
+    let told = farewell::PARTICIPANTS_TOLD;
+    if participant_id >= told {
+        tracing::warn!(
+            "participant {} of domain {domain_id} on this host: some of those beyond {told} may \
+             not find each other; use another ROS_DOMAIN_ID",
+            participant_id + 1
+        );
     }
 }
 

@@ -14,7 +14,7 @@ const UNICAST_OFFSET: u16 = 10;
 const UNICAST_STEP: u16 = 2;
 
 /// Participants on this host that are told one by one, as RustDDS does in discovery.
-const PARTICIPANTS_TOLD: u16 = 12;
+pub const PARTICIPANTS_TOLD: u16 = 12;
 
 /// Later than any announcement the participant can have sent.
 const SEQUENCE_NUMBER: u32 = 1 << 30;

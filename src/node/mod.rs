@@ -4,7 +4,7 @@
 //! | file | holds |
 //! |---|---|
 //! | `arguments`, `names`, `start` | what command line and environment say; names in the graph |
-//! | `dds`, `service`, `farewell` | the door to ROS 2 |
+//! | `dds`, `peers`, `service`, `farewell` | the door to ROS 2 |
 //! | `inputs` | all that arrives, as one stream |
 //! | `runner` | the loop: it steps the stage, at once for a message and at every tick |
 //! | `robots` | robots that tell their own odometry, as circles |
@@ -26,6 +26,7 @@ mod outputs;
 mod pace;
 mod parameters;
 mod parts;
+mod peers;
 mod robots;
 mod rosout;
 mod runner;
@@ -35,6 +36,8 @@ mod stage;
 mod start;
 mod status;
 mod timeline;
+
+use std::io::Write;
 
 use tokio::signal::unix::{Signal, SignalKind, signal};
 use tracing_subscriber::EnvFilter;
@@ -100,16 +103,17 @@ impl NodeError {
 /// [`NodeError`] when it cannot start, or when the arena stalls before the time is over.
 pub fn run(scene: &Scene, options: &RunOptions) -> Result<(), NodeError> {
     let lines = start_log(options.start.log_level);
+    end_by_panic();
     let mut scene = scene.clone();
     let parameters = parameters(&mut scene, options).map_err(NodeError::BadUse)?;
     let (domain_id, reach) = (start::domain_id()?, Reach::from_environment(start::environment)?);
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     // Before anybody can see the node: from its first sign of life it ends cleanly.
     let stop = runtime.block_on(async { Stop::new() })?;
-    let (mut ros, listeners) = Ros::open(options.start.names.clone(), domain_id, reach)?;
+    let mut ros = Ros::open(options.start.names.clone(), domain_id, reach)?;
     let outcome = runtime.block_on(async {
         let inputs = Inputs::open(&mut ros, &scene)?;
-        let outputs = Outputs::open(&mut ros, listeners, &scene)?;
+        let outputs = Outputs::open(&mut ros, &scene)?;
         let rosout = Rosout::open(&mut ros, lines, &options.start.names.to_string())?;
         Runner::new(scene, parameters, (inputs, outputs, rosout), &mut ros, options)?
             .run(stop)
@@ -146,6 +150,18 @@ fn start_log(level: Option<&str>) -> Lines {
     // A second start in one process keeps the first log.
     let _ = tracing_subscriber::registry().with(filter).with(errors).with(tap).try_init();
     lines
+}
+
+/// A thread of DDS that fails would leave the node deaf and silent: it ends instead, and says why.
+fn end_by_panic() {
+    std::panic::set_hook(Box::new(|panic| {
+        let thread = std::thread::current();
+        let name = thread.name().unwrap_or("a thread");
+        let panic = panic.to_string().replace('\n', " ");
+        // Nobody may be reading.
+        let _ = writeln!(std::io::stderr(), "carom: {name} has failed: {panic}");
+        std::process::exit(1);
+    }));
 }
 
 /// SIGINT and SIGTERM.

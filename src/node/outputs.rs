@@ -6,9 +6,10 @@ use std::collections::btree_map::Entry;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use super::complaints::Complaints;
-use super::dds::{DdsError, Listeners, Publisher, Ros, RosMessage};
+use super::dds::{DdsError, Publisher, Ros, RosMessage};
 use super::parameters::services::ParameterEvent;
 use super::parts::{InParts, Waiting};
+use super::peers::Peers;
 use super::stage::Stage;
 use crate::messages::{
     CircleStates, CircleVelocities, Clock, Contacts, DiagnosticArray, ErrorReport, Header,
@@ -52,13 +53,13 @@ pub struct Outputs {
     drawn: Drawn,
     /// Simulated time of the next picture, s.
     next_picture: f64,
-    listeners: Listeners,
+    peers: Peers,
     frame_id: String,
 }
 
 impl Outputs {
     /// Opens those that a scene has from the beginning.
-    pub fn open(ros: &mut Ros, listeners: Listeners, scene: &Scene) -> Result<Self, DdsError> {
+    pub fn open(ros: &mut Ros, scene: &Scene) -> Result<Self, DdsError> {
         let mut outputs = Self {
             corrected_velocities: Large::open(ros, "corrected_velocities")?,
             contacts: Large::open(ros, "contacts")?,
@@ -71,7 +72,7 @@ impl Outputs {
             odometry: BTreeMap::new(),
             drawn: Drawn::default(),
             next_picture: 0.0,
-            listeners,
+            peers: ros.peers().clone(),
             frame_id: scene.node.frame_id.clone(),
         };
         outputs.follow(ros, &scene.pucks)?;
@@ -93,30 +94,41 @@ impl Outputs {
         Ok(())
     }
 
+    /// Opens anew what a subscriber has brought to a halt.
+    pub fn free(&mut self, ros: &mut Ros) -> Result<(), DdsError> {
+        ros.free(&mut self.corrected_velocities.publisher)?;
+        ros.free(&mut self.contacts.publisher)?;
+        ros.free(&mut self.arena_states.publisher)?;
+        ros.free(&mut self.error_report)?;
+        ros.free(&mut self.diagnostics)?;
+        ros.free(&mut self.markers)?;
+        ros.free(&mut self.parameter_events)?;
+        self.clock.iter_mut().try_for_each(|clock| ros.free(clock))?;
+        self.odometry.values_mut().try_for_each(|odometry| ros.free(odometry))
+    }
+
     /// Answers a message: its header is kept.
     pub fn answer(&mut self, header: &Header, answer: &Answer, complaints: &mut Complaints) {
-        let Self { listeners, corrected_velocities, contacts, .. } = self;
-        listeners.update();
-        corrected_velocities.send(listeners, complaints, || {
+        let Self { peers, corrected_velocities, contacts, .. } = self;
+        peers.update();
+        corrected_velocities.send(peers, complaints, || {
             publish::corrected_velocities(header.clone(), &answer.velocities)
         });
-        contacts
-            .send(listeners, complaints, || publish::contacts(header.clone(), &answer.contacts));
+        contacts.send(peers, complaints, || publish::contacts(header.clone(), &answer.contacts));
     }
 
     /// The arena's contacts, and what they ask of observed circles.
     pub fn arena_outcome(&mut self, arena: &Arena, outcome: &Outcome, complaints: &mut Complaints) {
         let header = || Header { stamp: stamp(arena), frame_id: self.frame_id.clone() };
-        self.listeners.update();
+        self.peers.update();
         if !outcome.corrections.is_empty() {
-            self.corrected_velocities.send(&self.listeners, complaints, || {
+            self.corrected_velocities.send(&self.peers, complaints, || {
                 publish::corrected_velocities(header(), &outcome.corrections)
             });
         }
         if !outcome.contacts.is_empty() {
-            self.contacts.send(&self.listeners, complaints, || {
-                publish::contacts(header(), &outcome.contacts)
-            });
+            self.contacts
+                .send(&self.peers, complaints, || publish::contacts(header(), &outcome.contacts));
         }
     }
 
@@ -124,12 +136,12 @@ impl Outputs {
     pub fn tick(&mut self, stage: &Stage, complaints: &mut Complaints) {
         let Some(arena) = stage.world().arena() else { return };
         let header = || Header { stamp: stamp(arena), frame_id: self.frame_id.clone() };
-        self.arena_states.send(&self.listeners, complaints, || {
+        self.arena_states.send(&self.peers, complaints, || {
             publish::arena_states(header(), arena.discs(Owner::Simulated))
         });
         self.clock(stage, complaints);
         self.odometry(stage, arena, complaints);
-        if arena.now() >= self.next_picture && self.listeners.hear(&self.markers) {
+        if arena.now() >= self.next_picture && self.peers.hear(self.markers.guid()) {
             self.next_picture = arena.now() + 1.0 / PICTURES_HZ;
             let picture = Picture {
                 pucks: stage.now(),
@@ -139,17 +151,17 @@ impl Outputs {
             };
             let header = Header { stamp: stamp(arena), frame_id: self.frame_id.clone() };
             let markers = self.drawn.draw(&header, &picture);
-            send(&self.listeners, &self.markers, complaints, || markers);
+            send(&self.peers, &self.markers, complaints, || markers);
         }
     }
 
     fn odometry(&self, stage: &Stage, arena: &Arena, complaints: &mut Complaints) {
-        if !self.odometry.values().any(|publisher| self.listeners.hear(publisher)) {
+        if !self.odometry.values().any(|publisher| self.peers.hear(publisher.guid())) {
             return;
         }
         for (puck, disc) in stage.now() {
             let Some(publisher) = self.odometry.get(&disc.id) else { continue };
-            send(&self.listeners, publisher, complaints, || {
+            send(&self.peers, publisher, complaints, || {
                 let header = Header { stamp: stamp(arena), frame_id: self.frame_id.clone() };
                 let pose = stage.world().pose(disc.id).unwrap_or_default();
                 odometry::of_puck(header, &puck.name, &disc, pose)
@@ -160,7 +172,7 @@ impl Outputs {
     /// The arena's time.
     pub fn clock(&mut self, stage: &Stage, complaints: &mut Complaints) {
         let (Some(clock), Some(arena)) = (&self.clock, stage.world().arena()) else { return };
-        send(&self.listeners, clock, complaints, || Clock { clock: stamp(arena) });
+        send(&self.peers, clock, complaints, || Clock { clock: stamp(arena) });
     }
 
     /// The world began anew: pictures too.
@@ -170,12 +182,12 @@ impl Outputs {
 
     /// What happened to parameters.
     pub fn parameter_event(&self, event: ParameterEvent, complaints: &mut Complaints) {
-        send(&self.listeners, &self.parameter_events, complaints, || event);
+        send(&self.peers, &self.parameter_events, complaints, || event);
     }
 
     /// Who listens, as of the last look.
-    pub fn listeners(&self) -> &Listeners {
-        &self.listeners
+    pub fn peers(&self) -> &Peers {
+        &self.peers
     }
 
     /// Of messages about the arena, now.
@@ -184,20 +196,20 @@ impl Outputs {
     }
 
     /// Takes note of who listens.
-    pub fn update_listeners(&mut self) {
-        self.listeners.update();
+    pub fn update_peers(&mut self) {
+        self.peers.update();
     }
 
     /// Whether somebody hears reports.
     pub fn reports_are_heard(&mut self) -> bool {
-        self.listeners.update();
-        self.listeners.hear(&self.error_report) || self.listeners.hear(&self.diagnostics)
+        self.peers.update();
+        self.peers.hear(self.error_report.guid()) || self.peers.hear(self.diagnostics.guid())
     }
 
     /// How the last second went.
     pub fn report(&self, told: &Told, complaints: &mut Complaints) {
-        send(&self.listeners, &self.error_report, complaints, || told.report.clone());
-        send(&self.listeners, &self.diagnostics, complaints, || {
+        send(&self.peers, &self.error_report, complaints, || told.report.clone());
+        send(&self.peers, &self.diagnostics, complaints, || {
             let wall = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
             let stamp = Time { sec: wall.as_secs() as i32, nanosec: wall.subsec_nanos() };
             error_report::diagnostics(told, stamp)
@@ -235,13 +247,8 @@ impl<M: InParts + RosMessage> Large<M> {
     }
 
     /// Builds and publishes a message, or its first part, if somebody hears it.
-    fn send(
-        &mut self,
-        listeners: &Listeners,
-        complaints: &mut Complaints,
-        message: impl FnOnce() -> M,
-    ) {
-        if listeners.hear(&self.publisher) {
+    fn send(&mut self, peers: &Peers, complaints: &mut Complaints, message: impl FnOnce() -> M) {
+        if peers.hear(self.publisher.guid()) {
             let first = self.waiting.take(message(), Instant::now());
             first.into_iter().for_each(|part| put(&self.publisher, part, complaints));
         }
@@ -255,12 +262,12 @@ impl<M: InParts + RosMessage> Large<M> {
 
 /// Builds and publishes a message if somebody hears it.
 fn send<M: RosMessage>(
-    listeners: &Listeners,
+    peers: &Peers,
     publisher: &Publisher<M>,
     complaints: &mut Complaints,
     message: impl FnOnce() -> M,
 ) {
-    if listeners.hear(publisher) {
+    if peers.hear(publisher.guid()) {
         put(publisher, message(), complaints);
     }
 }

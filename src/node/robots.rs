@@ -9,8 +9,9 @@ use std::collections::BTreeMap;
 use glam::DVec2;
 use ros2_client::ParameterValue;
 
-use super::dds::{DdsError, Listeners, Publisher, Ros};
+use super::dds::{DdsError, Publisher, Ros};
 use super::parameters::Parameters;
+use super::peers::Peers;
 use crate::messages::{Header, Odometry, TwistStamped};
 use crate::publish::odometry;
 use crate::receive::Standing;
@@ -56,6 +57,11 @@ impl Robots {
         self.0.iter().map(|(id, robot)| (*id, robot.name.as_str()))
     }
 
+    /// Opens anew what a subscriber has brought to a halt.
+    pub fn free(&mut self, ros: &mut Ros) -> Result<(), DdsError> {
+        self.0.values_mut().try_for_each(|robot| ros.free(&mut robot.publisher))
+    }
+
     /// Takes note of where a robot is; the circle that it then is.
     pub fn report(&mut self, id: DiscId, odom: Odometry, standing: Standing) -> Option<Disc> {
         let robot = self.0.get_mut(&id)?;
@@ -69,11 +75,11 @@ impl Robots {
         &self,
         header: &Header,
         velocities: &[(DiscId, DVec2)],
-        listeners: &Listeners,
+        peers: &Peers,
     ) -> Vec<(String, DdsError)> {
         let mut failed = Vec::new();
         for (id, velocity) in velocities {
-            let Some(robot) = self.0.get(id).filter(|robot| listeners.hear(&robot.publisher))
+            let Some(robot) = self.0.get(id).filter(|robot| peers.hear(robot.publisher.guid()))
             else {
                 continue;
             };

@@ -203,6 +203,13 @@ impl<'a> Runner<'a> {
         };
         let asked = if self.stage.time.is_paused() { 0.0 } else { self.stage.time.rate() };
         let is_heard = self.outputs.reports_are_heard();
+        for line in self.outputs.peers().news() {
+            self.complaints.say("types", &line);
+        }
+        let freed = self.outputs.free(self.ros).and_then(|()| self.robots.free(self.ros));
+        if let Err(error) = freed {
+            self.complaints.say("publishers", &error);
+        }
         let told = self.live.tell(is_heard, (totals, asked), &mut self.stage, now);
         told.iter().for_each(|told| self.outputs.report(told, &mut self.complaints));
     }
@@ -250,7 +257,12 @@ impl<'a> Runner<'a> {
     /// The message, if it can be read.
     fn read<M>(&mut self, topic: &str, received: Received<M>) -> Option<M> {
         self.dropped += received.dropped;
-        let refuse = |error| self.complaints.refuse(topic, Cause::Undecodable, &error);
+        let complaints = &mut self.complaints;
+        let refuse = |error| match error {
+            // Said once, when its publisher was found.
+            DdsError::WrongType => complaints.count(Cause::Undecodable),
+            error => complaints.refuse(topic, Cause::Undecodable, &error),
+        };
         received.message.map_err(refuse).ok()
     }
 
@@ -295,7 +307,7 @@ impl<'a> Runner<'a> {
     }
 
     fn correct_robots(&mut self, header: &Header, velocities: &[(DiscId, DVec2)]) {
-        let failed = self.robots.correct(header, velocities, self.outputs.listeners());
+        let failed = self.robots.correct(header, velocities, self.outputs.peers());
         for (name, error) in failed {
             self.complaints.unsent(&name, &error);
         }
@@ -361,7 +373,7 @@ impl<'a> Runner<'a> {
         let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
         let stamp = Time::from_seconds(since.as_secs_f64());
         let event = ParameterEvent::new(stamp, &self.name, new, changed);
-        self.outputs.update_listeners();
+        self.outputs.update_peers();
         self.outputs.parameter_event(event, &mut self.complaints);
     }
 
@@ -425,7 +437,7 @@ impl<'a> Runner<'a> {
     }
 
     fn tell_time(&mut self) {
-        self.outputs.update_listeners();
+        self.outputs.update_peers();
         self.outputs.clock(&self.stage, &mut self.complaints);
     }
 

@@ -60,11 +60,21 @@ def assert_close(actual, expected, tolerance, what):
     assert near, f"{what}: {actual!r}, expected {expected!r} within {tolerance}"
 
 
+def paced(count, rate_hz):
+    """Counts at a rate, on absolute deadlines: a late one does not delay the next ones."""
+    start = time.monotonic()
+    for number in range(count):
+        yield number
+        time.sleep(max(0.0, start + (number + 1) / rate_hz - time.monotonic()))
+
+
 class Carom:
     """The node as a child process: `with Carom("resolver") as carom:`."""
 
     def __init__(self, *arguments):
         self.lines = []
+        # Whether a failure of DDS itself is what the script wants to see.
+        self.may_fail = False
         self.process = subprocess.Popen(
             [BINARY, "run", *map(str, arguments)],
             stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
@@ -87,6 +97,11 @@ class Carom:
             return [line for line in self.lines if all(re.search(p, line) for p in patterns)]
         return wait_until(found, f"a line of the log with {patterns}")[0]
 
+    def memory_bytes(self):
+        """What of its memory is in RAM."""
+        status = Path(f"/proc/{self.process.pid}/status").read_text()
+        return 1024 * int(re.search(r"VmRSS:\s*(\d+) kB", status)[1])
+
     def stop(self, by=signal.SIGINT):
         """Ends the node by a signal: (exit code, seconds that it took)."""
         start = time.monotonic()
@@ -98,7 +113,8 @@ class Carom:
         return self
 
     def __exit__(self, kind, *_):
-        if self.alive():
+        ended_here = self.alive()
+        if ended_here:
             self.process.send_signal(signal.SIGINT)
         try:
             self.process.wait(5.0)
@@ -106,8 +122,12 @@ class Carom:
             self.process.kill()
             self.process.wait()
         self._reader.join(5.0)
-        if kind:
+        panicked = any("panicked" in line for line in self.lines)
+        sound = self.may_fail or not panicked and (
+            self.process.returncode == 0 or not ended_here)
+        if kind or not sound:
             print("--- log of the node", *self.lines, "---", sep="\n", file=sys.stderr)
+        assert kind or sound, f"the node panicked or ended by {self.process.returncode}"
 
 
 class Inbox:
@@ -146,6 +166,19 @@ class Heard(list):
             CHANGED.notify_all()
 
 
+class Last:
+    """Of a topic the last stamp, and how many messages there were: nothing that grows."""
+
+    def __init__(self, client, kind, topic, qos=QOS):
+        self.stamp, self.count = None, 0
+        client.node.create_subscription(kind, topic, self.store, qos)
+
+    def store(self, message):
+        with CHANGED:
+            self.stamp, self.count = nanoseconds(message.header.stamp), self.count + 1
+            CHANGED.notify_all()
+
+
 class Client:
     """A DDS participant of its own: publishes circles, keeps what the node says."""
 
@@ -157,13 +190,13 @@ class Client:
     ANSWERS = ("corrected_velocities", "contacts")
     _number = itertools.count()
 
-    def __init__(self, topics=ANSWERS):
+    def __init__(self, topics=ANSWERS, publishes=CircleStates):
         self.number = next(self._number)
         self.context = rclpy.Context()
         # Signals stay with Python, so that SIGINT and SIGTERM unwind through the `with` blocks.
         rclpy.init(context=self.context, signal_handler_options=SignalHandlerOptions.NO)
         self.node = rclpy.create_node(f"client_{self.number}", context=self.context)
-        self.publisher = self.node.create_publisher(CircleStates, "circle_states", QOS)
+        self.publisher = self.node.create_publisher(publishes, "circle_states", QOS)
         self.inboxes = {}
         for topic in topics:
             kind, field = self.TYPES[topic]

@@ -2,7 +2,7 @@
 
 import time
 
-from harness import Carom, Circle, Client, wait_until
+from harness import Carom, Circle, Client, paced, wait_until
 
 RATE_HZ, DURATION_S = 1000, 10
 COUNT = RATE_HZ * DURATION_S
@@ -18,12 +18,8 @@ def pair(number):
 
 
 def publish_paced(client):
-    """Publishes on absolute deadlines, so that a late message does not delay the next ones."""
-    stamps = []
     start = time.monotonic()
-    for number in range(COUNT):
-        stamps.append(client.publish(pair(number)))
-        time.sleep(max(0.0, start + (number + 1) / RATE_HZ - time.monotonic()))
+    stamps = [client.publish(pair(number)) for number in paced(COUNT, RATE_HZ)]
     return stamps, COUNT / (time.monotonic() - start)
 
 
