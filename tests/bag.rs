@@ -6,3 +6,5 @@ mod broken;
 mod common;
 #[path = "bag/reading.rs"]
 mod reading;
+#[path = "bag/writing.rs"]
+mod writing;

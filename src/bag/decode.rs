@@ -1,8 +1,9 @@
-//! Payloads to messages: CDR as ROS 2 stores it, in either order of bytes.
+//! Payloads to messages and back: CDR as ROS 2 stores it, in either order of bytes.
 //!
 //! The payload may be anything: it is a message or an error.
 
 use byteorder::{BigEndian, LittleEndian};
+use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 /// Bytes before the message: which encoding it has.
@@ -48,4 +49,15 @@ pub fn message<M: DeserializeOwned>(payload: &[u8]) -> Result<M, BadPayload> {
         0..=PADDING_MAX => Ok(message),
         left => Err(BadPayload::Long(left)),
     }
+}
+
+/// The payload of a message, the lowest byte first.
+///
+/// # Errors
+/// [`BadPayload::Type`] of a type that CDR does not have.
+pub fn payload<M: Serialize>(message: &M) -> Result<Vec<u8>, BadPayload> {
+    let mut payload = vec![CDR_LITTLE_ENDIAN[0], CDR_LITTLE_ENDIAN[1], 0, 0];
+    cdr_encoding::to_writer::<M, LittleEndian, _>(&mut payload, message)
+        .map_err(|error| BadPayload::Type(error.to_string()))?;
+    Ok(payload)
 }

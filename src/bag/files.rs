@@ -1,13 +1,16 @@
-//! The files of a bag: found, and opened for reading only.
+//! The files of a bag: found and opened for reading only, or made; none is ever overwritten.
 //!
 //! What a file is, its first bytes say, not its name. A bag without `metadata.yaml` is the files of
 //! its folder, in the order of the numbers at the ends of their names.
 
 use std::fs::{self, File};
-use std::io::{self, BufReader, Read};
+use std::io::{self, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 
 use super::fault::Fault;
+
+/// A file that is written. It has no buffer: whoever writes has one.
+pub type Output = File;
 
 /// A file that is read, with a buffer.
 pub type Input = BufReader<File>;
@@ -131,4 +134,36 @@ pub fn holds_anything(path: &Path, ending: &str) -> bool {
 /// As the operating system has it.
 pub fn absolute(path: &Path) -> io::Result<PathBuf> {
     fs::canonicalize(path)
+}
+
+/// Makes a folder, and those around it.
+///
+/// # Errors
+/// As the operating system has it; that it is there already.
+pub fn create_folder(folder: &Path) -> io::Result<()> {
+    match folder.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => fs::create_dir_all(parent)?,
+        _ => {}
+    }
+    fs::create_dir(folder)
+}
+
+/// Makes a file.
+///
+/// # Errors
+/// As the operating system has it; that it is there already.
+pub fn create(path: &Path) -> io::Result<Output> {
+    File::create_new(path)
+}
+
+/// Writes a text into a new file, which has its name when it is whole.
+///
+/// # Errors
+/// As the operating system has it.
+pub fn write(path: &Path, text: &str) -> io::Result<()> {
+    let mut unfinished = path.as_os_str().to_owned();
+    unfinished.push(".unfinished");
+    let mut file = File::create_new(&unfinished)?;
+    file.write_all(text.as_bytes())?;
+    fs::rename(unfinished, path)
 }

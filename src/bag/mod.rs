@@ -3,7 +3,10 @@
 //! | file | holds |
 //! |---|---|
 //! | [`read`] | a bag as topics and messages, whatever it is stored in |
-//! | [`decode`] | payloads to messages |
+//! | [`decode`] | payloads to messages, and back |
+//! | [`write`] | a bag that `ros2 bag` accepts |
+//! | [`definitions`], `standard` | what types are made of, and their hashes |
+//! | [`qos`] | the quality of service of a topic, as bags write it down |
 //! | `mcap_file`, `sqlite_file` | the two storages |
 //! | `metadata` | the file `metadata.yaml` of a bag |
 //! | `files` | the files of a bag, opened for reading only |
@@ -12,12 +15,16 @@
 //! damaged is named and left out, and no input is ever changed. Knows no ROS crate and no clock.
 
 pub mod decode;
+pub mod definitions;
+pub mod qos;
 pub mod read;
+pub mod write;
 
 mod fault;
 mod files;
 mod mcap_file;
 mod metadata;
 mod sqlite_file;
+mod standard;
 
 pub use fault::{BagError, Fault};
