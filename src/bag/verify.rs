@@ -7,6 +7,7 @@ use std::collections::{BTreeMap, HashMap, VecDeque};
 use std::fmt;
 
 use super::decode;
+use super::fault::{BagError, Fault};
 use super::journal::{Asked, Entry, NOTE};
 use super::read::{Bag, Message};
 use crate::messages::{CircleStates, Header, Time};
@@ -29,6 +30,8 @@ pub struct Verdict {
     pub told: Vec<String>,
     /// All differences.
     pub differences: u64,
+    /// What of the bag is not there; it may have been killed.
+    pub missing: Vec<String>,
     /// The version that recorded, if it is not this one.
     pub other_version: Option<String>,
     /// Simulated time that was reached, s.
@@ -39,6 +42,14 @@ impl Verdict {
     /// Whether the run was the same in every bit, and all of it could be compared.
     pub fn agrees(&self) -> bool {
         self.differences == 0 && self.compared.values().any(|count| *count > 0)
+    }
+
+    /// What is missing is no difference: what is there can still agree.
+    fn take_fault(&mut self, fault: &BagError) {
+        match fault.fault {
+            Fault::Missing(_) | Fault::Cut { .. } => self.missing.push(fault.to_string()),
+            _ => self.differ(fault.to_string()),
+        }
     }
 
     fn differ(&mut self, what: String) {
@@ -55,7 +66,7 @@ impl fmt::Display for Verdict {
             let this = env!("CARGO_PKG_VERSION");
             writeln!(f, "recorded by carom {version}; this is {this}: its bits may be others")?;
         }
-        for told in &self.told {
+        for told in self.missing.iter().chain(&self.told) {
             writeln!(f, "{told}")?;
         }
         let more = self.differences - self.told.len() as u64;
@@ -87,13 +98,11 @@ pub fn verify(bag: &Bag) -> Result<Verdict, String> {
     let mut run = Run::new(said)?;
     run.verdict.other_version =
         said.get("version").filter(|version| *version != env!("CARGO_PKG_VERSION")).cloned();
-    for fault in bag.faults() {
-        run.verdict.differ(fault.to_string());
-    }
+    bag.faults().iter().for_each(|fault| run.verdict.take_fault(fault));
     for next in bag.messages(|_| true) {
         match next {
             Ok(message) => run.take(&bag.topics()[message.topic].name, message),
-            Err(fault) => run.verdict.differ(fault.to_string()),
+            Err(fault) => run.verdict.take_fault(&fault),
         }
         if run.is_lost {
             break;
