@@ -6,7 +6,6 @@ And what the commands about bags say where they are asked for something that can
 import signal
 import subprocess
 import tempfile
-import time
 from collections import Counter
 from pathlib import Path
 

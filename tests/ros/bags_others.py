@@ -13,7 +13,7 @@ from pathlib import Path
 
 from carom.msg import CircleStates, CircleVelocities, Contacts
 from geometry_msgs.msg import Twist
-from harness import (BINARY, QOS, ROOT, Carom, Circle, Client, Heard, circle_states, nanoseconds,
+from harness import (BINARY, QOS, ROOT, Carom, Circle, Client, circle_states, nanoseconds,
                      next_stamp, wait_until)
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
@@ -124,7 +124,7 @@ def check_with_mcap(path, recorder):
 def check_answers(path, recorder, storage, folder):
     """carom reads the recording, and answers it as the node did, bit by bit."""
     out = folder / f"answers-{storage}"
-    run = subprocess.run([BINARY, "run", "--from", path, "--out", out], capture_output=True,
+    run = subprocess.run([BINARY, "run", "teams", "--from", path, "--out", out], capture_output=True,
                          text=True, check=True)
     assert run.stdout.startswith("30 messages, 30 of them with 30 contacts, 0 refusals"), run.stdout
     kinds = {"/contacts": Contacts, "/corrected_velocities": CircleVelocities}

@@ -5,7 +5,6 @@ subscriber heard, byte by byte. Then the run is repeated from the bag and must a
 """
 
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -13,10 +12,8 @@ import tempfile
 from collections import Counter
 from pathlib import Path
 
-from carom.msg import CircleStates
-from geometry_msgs.msg import Twist
-from harness import (BINARY, QOS, Carom, Circle, Client, Heard, circle_states, next_stamp,
-                     wait_until)
+from geometry_msgs.msg import PoseStamped, Twist
+from harness import BINARY, Carom, Circle, Client, wait_until
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
@@ -25,8 +22,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from rosbags.interfaces import QosDurability, QosReliability
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
-from simulation_interfaces.srv import (ResetSimulation, SetEntityState, SetSimulationState,
-                                       SpawnEntity)
+from simulation_interfaces.srv import ResetSimulation, SpawnEntity
 from std_msgs.msg import String
 
 # Where the interfaces of this environment say what their types are.
@@ -70,9 +66,7 @@ def check(path, compressed=False):
         with file.open("rb") as stream:
             reader = make_reader(stream, decoder_factories=[DecoderFactory()], validate_crcs=True)
             assert reader.get_header().profile == "ros2"
-            packed = {index.compression for index in reader.get_summary().chunk_indexes.values()} \
-                if isinstance(reader.get_summary().chunk_indexes, dict) \
-                else {index.compression for index in reader.get_summary().chunk_indexes}
+            packed = {index.compression for index in reader.get_summary().chunk_indexes}
             assert packed == ({"zstd"} if compressed else {""}), f"{packed}"
             decoded.update(channel.topic for _, channel, *_ in reader.iter_decoded_messages())
     assert decoded == Counter({topic: len(data) for topic, data in found.items() if data})
@@ -86,11 +80,11 @@ def verify(path):
     return run.stdout.strip()
 
 
-def call(client, kind, name, **fields):
-    service = client.node.create_client(kind, name)
-    assert service.wait_for_service(15.0), name
-    future = service.call_async(kind.Request(**fields))
-    wait_until(future.done, f"an answer of {name}")
+def call(client, kind, service, **fields):
+    caller = client.node.create_client(kind, service)
+    assert caller.wait_for_service(15.0), service
+    future = caller.call_async(kind.Request(**fields))
+    wait_until(future.done, f"an answer of {service}")
     return future.result()
 
 
@@ -109,8 +103,10 @@ def disturb(client):
     parameter = Parameter(name="command_timeout_s", value=value)
     answer = call(client, SetParameters, "carom/set_parameters", parameters=[parameter])
     assert answer.results[0].successful, answer
-    spawned = call(client, SpawnEntity, "spawn_entity", name="newcomer", allow_renaming=True,
-                   entity_resource=spawn_resource())
+    pose = PoseStamped()
+    pose.pose.position.x, pose.pose.position.y, pose.pose.orientation.w = 1.3, 1.3, 1.0
+    spawned = call(client, SpawnEntity, "spawn_entity", name="newcomer", initial_pose=pose,
+                   resource_string="{radius: 0.05, mass: 0.2}")
     assert spawned.result.result == 1, spawned
     before = len(states)
     wait_until(lambda: len(states) > before + 30, "states after the newcomer")
@@ -118,11 +114,6 @@ def disturb(client):
     assert reset.result.result == 1, reset
     before = len(states)
     wait_until(lambda: len(states) > before + 30, "states after the reset")
-
-
-def spawn_resource():
-    from simulation_interfaces.msg import Resource
-    return Resource(resource_string="{radius: 0.05, mass: 0.2}")
 
 
 def main():
@@ -135,14 +126,16 @@ def main():
             recorder = subprocess.Popen(
                 [BINARY, "record", "/arena_states", "contacts", "latched", "/nobody", "-o", other,
                  "--compression", "zstd"], stdout=subprocess.PIPE, text=True)
-            with Carom("teams", "--record", own) as carom:
-                states = client.inboxes["arena_states"].messages
-                wait_until(lambda: len(states) > 10, "states")
-                disturb(client)
-                carom.stop()
-                carom.wait_for_line("recorded .* 0 dropped")
-            recorder.send_signal(signal.SIGINT)
-            line, _ = recorder.communicate(timeout=15)
+            try:
+                with Carom("teams", "--record", own) as carom:
+                    states = client.inboxes["arena_states"].messages
+                    wait_until(lambda: len(states) > 10, "states")
+                    disturb(client)
+                    carom.stop()
+                    carom.wait_for_line("recorded .* 0 dropped")
+            finally:
+                recorder.send_signal(signal.SIGINT)
+                line, _ = recorder.communicate(timeout=15)
             assert recorder.returncode == 0 and ", 0 dropped, 0 lost" in line, line
             stamps = [(m.header.stamp.sec, m.header.stamp.nanosec) for m in states]
         mine, qos = check(own)
