@@ -65,6 +65,9 @@ pub struct Tap {
 
 impl Recorder {
     /// Makes the bag and begins to write.
+    ///
+    /// # Errors
+    /// [`WriteError`] where there can be no bag.
     pub fn open(folder: &Path, options: Options, notes: Vec<Note>) -> Result<Self, WriteError> {
         let bag = BagWriter::create(folder, options, notes)?;
         let (sender, receiver) = channel();
@@ -139,6 +142,9 @@ impl Recorder {
     }
 
     /// Closes the bag; what it then holds.
+    ///
+    /// # Errors
+    /// [`WriteError`] where it could not be written to the end.
     pub fn close(&self) -> Result<Summary, WriteError> {
         self.0.sender.borrow_mut().take();
         let thread = self.0.thread.borrow_mut().take();
