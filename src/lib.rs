@@ -24,6 +24,7 @@
 //! | [`check`] | the reference cases: by how much they pass |
 //! | [`mod@bench`] | one measured run, whose physics is checked before its time is told |
 //! | `report` | error against run time: CSV, plots, one HTML page (feature `report`) |
+//! | `bag` | recordings of topics, read and written (feature `bags`) |
 //! | [`exact`] | error-free arithmetic, under all of the above |
 //! | `node` | the ROS 2 node; the only room that names a ROS crate (feature `ros`) |
 //!
@@ -56,6 +57,9 @@ pub mod bench;
 
 #[cfg(feature = "report")]
 pub mod report;
+
+#[cfg(feature = "bags")]
+pub mod bag;
 
 pub mod exact;
 

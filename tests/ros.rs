@@ -68,7 +68,11 @@ macro_rules! suite {
                     18 crowd
                     19 payloads
                     20 datagrams
-                    23 endurance;
+                    23 endurance
+                    25 bags_others
+                    26 bags_own
+                    27 bags_replayed
+                    28 bags_killed;
                 alone:
                     0 kilohertz
                     15 large

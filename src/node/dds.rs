@@ -20,7 +20,7 @@ use ros2_client::{
     ActionTypeName, AsyncActionServer, Context, Gid, MessageInfo, MessageTypeName, Name, Node,
     NodeName, NodeOptions, ReadResult, ServiceTypeName, WriteError,
 };
-use rustdds::policy::ResourceLimits;
+use rustdds::policy::{self, ResourceLimits};
 use rustdds::{
     DomainParticipant, DomainParticipantBuilder, GUID, QosPolicies, QosPolicyBuilder, RTPSEntity,
     TopicDescription, TopicKind,
@@ -32,9 +32,12 @@ use super::farewell;
 use super::names::{BadName, Names};
 use super::parameters::services::ParameterEvent;
 use super::peers::Peers;
+use super::raw::Raw;
+use super::recorder::{Recorder, Tap};
 use super::rosout::Log;
 use super::service::{RosService, Service};
 use super::simulation::wire::{StepsFeedback, StepsGoal, StepsResult};
+use crate::bag::qos::Qos;
 use crate::messages::{
     CircleStates, CircleVelocities, Clock, Contacts, DiagnosticArray, ErrorReport, MarkerArray,
     Odometry, Twist, TwistStamped,
@@ -132,9 +135,23 @@ impl Reach {
     }
 }
 
+/// What can be sent, heard and recorded.
+pub trait Payload: Serialize + DeserializeOwned + Clone + Send + 'static {
+    /// About how many bytes it has.
+    fn bytes(&self) -> usize {
+        size_of_val(self)
+    }
+}
+
+impl Payload for Raw {
+    fn bytes(&self) -> usize {
+        self.0.len()
+    }
+}
+
 /// A message type with its ROS name. `Vec` fields are read element by element and grow with the
 /// bytes that are really there, so a forged length is an error, never a huge allocation.
-pub trait RosMessage: Serialize + DeserializeOwned + Send + 'static {
+pub trait RosMessage: Payload {
     /// The interface package.
     const PACKAGE: &'static str;
     /// The name in `msg/`.
@@ -142,19 +159,26 @@ pub trait RosMessage: Serialize + DeserializeOwned + Send + 'static {
 }
 
 macro_rules! ros_messages {
-    ($($package:literal $name:ident)*) => {$(
+    ($($package:literal $name:ident $($items:ident)?)*) => {$(
         impl RosMessage for $name {
             const PACKAGE: &'static str = $package;
             const TYPE: &'static str = stringify!($name);
+        }
+        impl Payload for $name {
+            $(
+                fn bytes(&self) -> usize {
+                    size_of_val(&*self.$items)
+                }
+            )?
         }
         impl ros2_client::Message for $name {}
     )*};
 }
 
 ros_messages! {
-    "carom" CircleStates
-    "carom" CircleVelocities
-    "carom" Contacts
+    "carom" CircleStates circles
+    "carom" CircleVelocities velocities
+    "carom" Contacts contacts
     "carom" ErrorReport
     "diagnostic_msgs" DiagnosticArray
     "visualization_msgs" MarkerArray
@@ -176,7 +200,12 @@ pub struct Ros {
     names: Names,
     guid: [u8; 16],
     reach: Reach,
+    /// What is opened from now on goes into a bag too.
+    recorder: Option<Recorder>,
 }
+
+/// What can be drawn again from the rest is not recorded.
+const UNRECORDED: &str = "MarkerArray";
 
 impl Ros {
     /// Opens a participant in `domain_id` and a node of this name without rosout and parameter
@@ -201,12 +230,32 @@ impl Ros {
             .map_err(|e| cannot_open("the context", &e))?;
         let options = NodeOptions::new().enable_rosout(false).start_parameter_services(false);
         let node = context.new_node(name, options).map_err(|e| cannot_open("the node", &e))?;
-        Ok(Self { node, _context: context, participant, peers, names, guid, reach })
+        let recorder = None;
+        Ok(Self { node, _context: context, participant, peers, names, guid, reach, recorder })
     }
 
     /// Who else there is.
     pub fn peers(&self) -> &Peers {
         &self.peers
+    }
+
+    /// Whatever is opened from now on is recorded.
+    pub fn record(&mut self, recorder: Recorder) {
+        self.recorder = Some(recorder);
+    }
+
+    /// The whole name of a topic.
+    pub fn topic_name(&self, topic: &str) -> Result<String, DdsError> {
+        Ok(self.names.topic(topic)?)
+    }
+
+    fn tap<M: RosMessage>(&self, topic: &str, depth: usize) -> Result<Option<Tap>, DdsError> {
+        let Some(recorder) = self.recorder.as_ref().filter(|_| M::TYPE != UNRECORDED) else {
+            return Ok(None);
+        };
+        let kind = format!("{}/msg/{}", M::PACKAGE, M::TYPE);
+        let qos = Qos { depth, ..Qos::default() };
+        Ok(Some(recorder.tap(&self.topic_name(topic)?, &kind, &qos.to_yaml())))
     }
 
     /// A reliable, volatile publisher on a topic of this name, as the command line renames it.
@@ -251,7 +300,9 @@ impl Ros {
             .node
             .create_publisher(&topic_handle, Some(qos))
             .map_err(|e| cannot_open(topic, &e))?;
-        Ok(Publisher { inner, topic: topic.to_owned(), depth, is_stuck: Cell::new(false) })
+        let tap = self.tap::<M>(topic, depth)?;
+        let (topic, is_stuck) = (topic.to_owned(), Cell::new(false));
+        Ok(Publisher { inner, topic, depth, is_stuck, tap })
     }
 
     /// Opens a publisher anew if a subscriber that acknowledges nothing has brought it to a halt:
@@ -278,8 +329,80 @@ impl Ros {
             .node
             .create_subscription(&topic_handle, Some(qos))
             .map_err(|e| cannot_open(topic, &e))?;
-        let (peers, topic) = (self.peers.clone(), topic_handle.name());
-        Ok(Subscription { inner, numbers: Numbers::default(), peers, topic })
+        let tap = self.tap::<M>(topic, depth)?;
+        Ok(self.reading(inner, &topic_handle, tap))
+    }
+
+    fn reading<M: DeserializeOwned + 'static>(
+        &self,
+        inner: ros2_client::Subscription<M>,
+        topic: &rustdds::Topic,
+        tap: Option<Tap>,
+    ) -> Subscription<M> {
+        let (numbers, peers) = (Numbers::default(), self.peers.clone());
+        Subscription { inner, numbers, peers, topic: topic.name(), tap }
+    }
+
+    /// A publisher of any type, such as `carom/msg/Contacts`.
+    pub fn raw_publisher(
+        &mut self,
+        topic: &str,
+        kind: &str,
+        qos: Qos,
+    ) -> Result<RawPublisher, DdsError> {
+        self.peers.let_newcomers_meet();
+        let profile = profile(QosProfile::publisher_default(), qos, qos.depth.max(100));
+        let handle = self.raw_topic(topic, kind, &QosPolicies::from(&profile))?;
+        let inner = self.node.create_publisher(&handle, Some(profile));
+        Ok(RawPublisher(inner.map_err(|e| cannot_open(topic, &e))?))
+    }
+
+    /// A subscription of any type.
+    pub fn raw_subscription(
+        &mut self,
+        topic: &str,
+        kind: &str,
+        qos: Qos,
+        depth: usize,
+    ) -> Result<Subscription<Raw>, DdsError> {
+        self.peers.let_newcomers_meet();
+        let profile = profile(QosProfile::subscription_default(), qos, depth);
+        let handle = self.raw_topic(topic, kind, &QosPolicies::from(&profile))?;
+        self.peers.add_topic(&handle);
+        let inner = self.node.create_subscription(&handle, Some(profile));
+        let inner = inner.map_err(|e| cannot_open(topic, &e))?;
+        Ok(self.reading(inner, &handle, None))
+    }
+
+    /// The topics that other nodes offer, each with what all its publishers have in common.
+    pub fn offered(&self) -> Vec<Offered> {
+        let own = GUID::from_bytes(self.guid).prefix;
+        let mut found: Vec<Offered> = Vec::new();
+        for writer in self.participant.discovered_writers() {
+            let said = writer.publication_topic_data;
+            let name = said.topic_name.strip_prefix("rt/").map(|name| format!("/{name}"));
+            let kind = said.type_name.replacen("::dds_::", "::", 1).replace("::", "/");
+            let (Some(name), Some(kind)) = (name, kind.strip_suffix('_')) else { continue };
+            if said.key.prefix == own {
+                continue;
+            }
+            let reliable = matches!(said.reliability, Some(policy::Reliability::Reliable { .. }));
+            let transient_local = said
+                .durability
+                .is_some_and(|durability| durability != policy::Durability::Volatile);
+            let other = found.iter_mut().find(|other| other.name == name && other.kind == kind);
+            match other {
+                Some(Offered { qos, .. }) => {
+                    qos.reliable &= reliable;
+                    qos.transient_local &= transient_local;
+                }
+                None => {
+                    let qos = Qos { reliable, transient_local, ..Qos::default() };
+                    found.push(Offered { name, kind: kind.to_owned(), qos });
+                }
+            }
+        }
+        found
     }
 
     /// A service of this name, as the command line renames it, as Fast DDS maps it to topics.
@@ -333,13 +456,54 @@ impl Ros {
         topic: &str,
         qos: &QosPolicies,
     ) -> Result<rustdds::Topic, DdsError> {
+        self.open_topic(topic, MessageTypeName::new(M::PACKAGE, M::TYPE), qos)
+    }
+
+    fn raw_topic(
+        &self,
+        topic: &str,
+        kind: &str,
+        qos: &QosPolicies,
+    ) -> Result<rustdds::Topic, DdsError> {
+        let (package, name) = kind.split_once("/msg/").unwrap_or((kind, ""));
+        self.open_topic(topic, MessageTypeName::new(package, name), qos)
+    }
+
+    fn open_topic(
+        &self,
+        topic: &str,
+        type_name: MessageTypeName,
+        qos: &QosPolicies,
+    ) -> Result<rustdds::Topic, DdsError> {
         // Not through ros2-client, which knows no bounds and makes `rt//name` of a relative name
         // in the namespace `/`.
         let name = format!("rt{}", self.names.topic(topic)?);
-        let type_name = MessageTypeName::new(M::PACKAGE, M::TYPE).dds_msg_type();
+        let type_name = type_name.dds_msg_type();
         let made = self.participant.create_topic(name, type_name, qos, TopicKind::NoKey);
         made.map_err(|e| cannot_open(topic, &e))
     }
+}
+
+/// A topic that somebody offers.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Offered {
+    /// Its whole name.
+    pub name: String,
+    /// Its type, such as `carom/msg/Contacts`.
+    pub kind: String,
+    /// What a subscription may ask of every publisher.
+    pub qos: Qos,
+}
+
+fn profile(from: QosProfile, qos: Qos, depth: usize) -> QosProfile {
+    let from = from.history(History::KeepLast { depth });
+    let from = if qos.reliable {
+        from.reliability_reliable(WhenFull::Fail)
+    } else {
+        from.reliability_best_effort()
+    };
+    let kept = if qos.transient_local { Durability::TransientLocal } else { Durability::Volatile };
+    from.durability(kept)
 }
 
 /// Sends messages of one type on one topic.
@@ -348,6 +512,7 @@ pub struct Publisher<M: RosMessage> {
     topic: String,
     depth: usize,
     is_stuck: Cell<bool>,
+    tap: Option<Tap>,
 }
 
 impl<M: RosMessage> Publisher<M> {
@@ -361,25 +526,58 @@ impl<M: RosMessage> Publisher<M> {
         &self.topic
     }
 
+    /// Whether its messages go into a bag.
+    pub fn is_recorded(&self) -> bool {
+        self.tap.is_some()
+    }
+
+    /// Writes a message into the bag; gives it back if somebody else wants it too.
+    pub fn record(&self, message: M, is_heard: bool) -> Option<M> {
+        let Some(tap) = &self.tap else { return Some(message) };
+        let bytes = message.bytes();
+        if !is_heard {
+            tap.record(bytes, message);
+            return None;
+        }
+        tap.record(bytes, message.clone());
+        Some(message)
+    }
+
     /// Hands the message to DDS at once or not at all.
     pub fn publish(&self, message: M) -> Result<(), DdsError> {
-        self.inner.publish(message).map_err(|error| match error.forget_data() {
-            WriteError::WouldBlock { .. } => {
-                self.is_stuck.set(true);
-                DdsError::WindowFull
-            }
-            other => DdsError::Send(other.to_string()),
+        self.inner.publish(message).map_err(|error| {
+            let error = refused(error);
+            self.is_stuck.set(matches!(error, DdsError::WindowFull));
+            error
         })
     }
 }
 
+/// Sends payloads as they are on one topic.
+pub struct RawPublisher(ros2_client::Publisher<Raw>);
+
+impl RawPublisher {
+    /// Hands the message to DDS at once or not at all.
+    pub fn publish(&self, message: Raw) -> Result<(), DdsError> {
+        self.0.publish(message).map_err(refused)
+    }
+}
+
+fn refused<M>(error: WriteError<M>) -> DdsError {
+    match error.forget_data() {
+        WriteError::WouldBlock { .. } => DdsError::WindowFull,
+        other => DdsError::Send(other.to_string()),
+    }
+}
+
 /// Reads messages of one type from one topic.
-pub struct Subscription<M: RosMessage> {
+pub struct Subscription<M> {
     inner: ros2_client::Subscription<M>,
     numbers: Numbers,
     peers: Peers,
     /// Its name in DDS.
     topic: String,
+    tap: Option<Tap>,
 }
 
 /// What was read, and how many messages before it never were.
@@ -390,7 +588,7 @@ pub struct Received<M> {
     pub dropped: u64,
 }
 
-impl<M: RosMessage> Subscription<M> {
+impl<M: Payload> Subscription<M> {
     /// All messages from now on; it never ends.
     pub fn into_stream(self) -> impl Stream<Item = Received<M>> {
         futures::stream::unfold(self, async |mut subscription| {
@@ -408,9 +606,13 @@ impl<M: RosMessage> Subscription<M> {
                     self.peers.update();
                 }
                 let dropped = self.numbers.missing_before(&info);
-                let is_ours = !self.peers.is_stranger(publisher);
-                let message = if is_ours { Ok(message) } else { Err(DdsError::WrongType) };
-                Received { message, dropped }
+                if self.peers.is_stranger(publisher) {
+                    return Received { message: Err(DdsError::WrongType), dropped };
+                }
+                if let Some(tap) = &self.tap {
+                    tap.record(message.bytes(), message.clone());
+                }
+                Received { message: Ok(message), dropped }
             }
             Err(error) => {
                 self.numbers.unknown += 1;

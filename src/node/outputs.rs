@@ -156,7 +156,10 @@ impl Outputs {
     }
 
     fn odometry(&self, stage: &Stage, arena: &Arena, complaints: &mut Complaints) {
-        if !self.odometry.values().any(|publisher| self.peers.hear(publisher.guid())) {
+        let is_wanted = |publisher: &Publisher<Odometry>| {
+            publisher.is_recorded() || self.peers.hear(publisher.guid())
+        };
+        if !self.odometry.values().any(is_wanted) {
             return;
         }
         for (puck, disc) in stage.now() {
@@ -200,10 +203,12 @@ impl Outputs {
         self.peers.update();
     }
 
-    /// Whether somebody hears reports.
+    /// Whether somebody wants reports.
     pub fn reports_are_heard(&mut self) -> bool {
         self.peers.update();
-        self.peers.hear(self.error_report.guid()) || self.peers.hear(self.diagnostics.guid())
+        self.error_report.is_recorded()
+            || self.peers.hear(self.error_report.guid())
+            || self.peers.hear(self.diagnostics.guid())
     }
 
     /// How the last second went.
@@ -246,10 +251,11 @@ impl<M: InParts + RosMessage> Large<M> {
         Ok(Self { publisher: ros.publisher(topic, DEPTH)?, waiting: Waiting::default() })
     }
 
-    /// Builds and publishes a message, or its first part, if somebody hears it.
+    /// Builds and publishes a message, or its first part, if somebody hears it or it is recorded.
     fn send(&mut self, peers: &Peers, complaints: &mut Complaints, message: impl FnOnce() -> M) {
-        if peers.hear(self.publisher.guid()) {
-            let first = self.waiting.take(message(), Instant::now());
+        // A bag has messages whole: parts are for the network.
+        if let Some(message) = wanted(peers, &self.publisher, message) {
+            let first = self.waiting.take(message, Instant::now());
             first.into_iter().for_each(|part| put(&self.publisher, part, complaints));
         }
     }
@@ -260,15 +266,28 @@ impl<M: InParts + RosMessage> Large<M> {
     }
 }
 
-/// Builds and publishes a message if somebody hears it.
-fn send<M: RosMessage>(
+/// Builds a message if somebody wants it, and records it; what is to be published.
+fn wanted<M: RosMessage>(
+    peers: &Peers,
+    publisher: &Publisher<M>,
+    message: impl FnOnce() -> M,
+) -> Option<M> {
+    let is_heard = peers.hear(publisher.guid());
+    if !is_heard && !publisher.is_recorded() {
+        return None;
+    }
+    publisher.record(message(), is_heard)
+}
+
+/// Builds and publishes a message if somebody hears it, or it is recorded.
+pub(super) fn send<M: RosMessage>(
     peers: &Peers,
     publisher: &Publisher<M>,
     complaints: &mut Complaints,
     message: impl FnOnce() -> M,
 ) {
-    if peers.hear(publisher.guid()) {
-        put(publisher, message(), complaints);
+    if let Some(message) = wanted(peers, publisher, message) {
+        put(publisher, message, complaints);
     }
 }
 

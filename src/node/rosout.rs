@@ -111,7 +111,10 @@ impl Rosout {
         // What fails here is logged, and so comes here: once a turn, not for ever.
         let waiting: Vec<Log> = self.lines.0.try_iter().collect();
         for line in waiting {
-            if let Err(error) = self.publisher.publish(Log { name: self.name.clone(), ..line }) {
+            let line = Log { name: self.name.clone(), ..line };
+            // Kept for those who come late, so sent though nobody listens.
+            let sent = self.publisher.record(line, true).map(|line| self.publisher.publish(line));
+            if let Some(Err(error)) = sent {
                 complaints.unsent("/rosout", &error);
             }
         }

@@ -16,11 +16,12 @@ use super::outputs::Outputs;
 use super::parameters::Parameters;
 use super::parameters::declared::{self, Change};
 use super::parameters::services::{self as parameter_services, Changed, ParameterEvent};
+use super::recorder::Recorder;
 use super::robots::Robots;
 use super::rosout::Rosout;
 use super::simulation::services::{self as simulation_services, Effect, Request};
 use super::simulation::steps::{Steps, Telling};
-use super::stage::Stage;
+use super::stage::{Source, Stage};
 use super::status::Status;
 use super::timeline::Timeline;
 use super::{NodeError, RunOptions, Stop};
@@ -62,6 +63,11 @@ pub struct Runner<'a> {
     live: Live,
     /// Messages that never reached the loop.
     dropped: u64,
+    recorder: Option<Recorder>,
+    /// That recording has failed was told.
+    is_failure_told: bool,
+    /// Messages that found no room in the bag's queue, as far as that was told.
+    unrecorded_told: u64,
 }
 
 impl<'a> Runner<'a> {
@@ -101,7 +107,19 @@ impl<'a> Runner<'a> {
             status: Status::new(start),
             complaints: Complaints::new(start),
             dropped: 0,
+            recorder: None,
+            is_failure_told: false,
+            unrecorded_told: 0,
         })
+    }
+
+    /// Keeps a journal in the bag of a recorder.
+    pub fn record(mut self, recorder: Option<Recorder>) -> Self {
+        if recorder.is_some() {
+            self.stage.keep_journal();
+        }
+        self.recorder = recorder;
+        self
     }
 
     /// Until the end, or until it is asked to stop.
@@ -177,7 +195,7 @@ impl<'a> Runner<'a> {
         if self.arena().is_none() || due < tick || now < self.retry_at {
             return;
         }
-        let outcome = self.step(&[], tick);
+        let outcome = self.step(None, tick);
         self.arena_outcome(&outcome);
         let reached = self.arena().map_or(0.0, |arena| arena.now());
         if self.stage.time.reach(reached, self.stepped_at) {
@@ -199,8 +217,11 @@ impl<'a> Runner<'a> {
             contacts: self.status.contacts(arena),
             refused: self.complaints.refused(),
             dropped_in: self.dropped,
-            dropped_out: self.complaints.unsent_count() + self.outputs.dropped(),
+            dropped_out: self.complaints.unsent_count()
+                + self.outputs.dropped()
+                + self.recorder.as_ref().map_or(0, Recorder::dropped),
         };
+        self.watch_recorder();
         let asked = if self.stage.time.is_paused() { 0.0 } else { self.stage.time.rate() };
         let is_heard = self.outputs.reports_are_heard();
         for line in self.outputs.peers().news() {
@@ -231,7 +252,7 @@ impl<'a> Runner<'a> {
             Input::Velocity { topic, id, received } => {
                 let Some(twist) = self.read(&topic, received) else { return };
                 match receive::wanted(&twist) {
-                    Ok(wanted) => drop(self.command(Command::Drive { id, wanted })),
+                    Ok(wanted) => drop(self.command(Command::Drive { id, wanted }, None)),
                     Err(error) => self.complaints.refuse(&topic, Cause::from(&error), &error),
                 }
             }
@@ -275,7 +296,11 @@ impl<'a> Runner<'a> {
             let what = format_args!("circle {id}: {reason}");
             self.complaints.refuse(topic, Cause::from(&reason), &what);
         }
-        self.answer(topic, &message.header, report);
+        let source = match (&self.recorder, self.ros.topic_name(topic)) {
+            (Some(_), Ok(name)) => Some(Source::Topic(name)),
+            _ => None,
+        };
+        self.answer(topic, &message.header, report, source);
     }
 
     /// A robot is a circle that its own odometry reports.
@@ -286,11 +311,11 @@ impl<'a> Runner<'a> {
             return self.complaints.refuse(topic, Cause::from(&defect), &defect);
         }
         let report = Report { discs: vec![disc], time: header.stamp.as_seconds() };
-        self.answer(topic, &header, report);
+        self.answer(topic, &header, report, Some(Source::Made(header.clone())));
     }
 
-    fn answer(&mut self, topic: &str, header: &Header, report: Report) {
-        for answer in self.command(Command::Observe(report)).answers {
+    fn answer(&mut self, topic: &str, header: &Header, report: Report, source: Option<Source>) {
+        for answer in self.command(Command::Observe(report), source).answers {
             for (id, reason) in &answer.refused {
                 let what = format_args!("circle {id}: {reason}");
                 self.complaints.refuse(topic, Cause::from(reason), &what);
@@ -307,10 +332,8 @@ impl<'a> Runner<'a> {
     }
 
     fn correct_robots(&mut self, header: &Header, velocities: &[(DiscId, DVec2)]) {
-        let failed = self.robots.correct(header, velocities, self.outputs.peers());
-        for (name, error) in failed {
-            self.complaints.unsent(&name, &error);
-        }
+        let Self { robots, outputs, complaints, .. } = self;
+        robots.correct(header, velocities, outputs.peers(), complaints);
     }
 
     /// Time that jumps back is that of another run: what was reported in the old one is over.
@@ -320,10 +343,10 @@ impl<'a> Runner<'a> {
         }
         let now = clock.as_seconds();
         if self.sim_time.is_some_and(|before| now < before) {
-            self.stage.world_mut().forget_observed();
+            self.stage.forget_observed();
         }
         self.sim_time = Some(now);
-        self.step(&[], 0.0);
+        self.step(None, 0.0);
     }
 
     fn serve_parameters(&mut self, request: &parameter_services::Request) {
@@ -343,6 +366,7 @@ impl<'a> Runner<'a> {
         for change in changed.iter().filter_map(|(name, value)| Change::of(name, value)) {
             self.change(change);
         }
+        self.write_journal();
         self.tell_parameters(Vec::new(), changed);
     }
 
@@ -351,11 +375,11 @@ impl<'a> Runner<'a> {
         match change {
             Change::Rate(rate) => self.stage.time.set_rate(rate, now),
             Change::PublishRate(rate) => self.stage.time.set_publish_rate(rate),
-            Change::StaleAfter(time) => self.stage.world_mut().set_stale_after(time),
-            Change::ContactMargin(margin) => self.stage.world_mut().set_contact_margin(margin),
-            Change::CommandTimeout(time) => self.stage.world_mut().set_command_timeout(time),
+            Change::StaleAfter(time) => self.stage.set_stale_after(time),
+            Change::ContactMargin(margin) => self.stage.set_contact_margin(margin),
+            Change::CommandTimeout(time) => self.stage.set_command_timeout(time),
             Change::Walls(min, max) => {
-                let outcome = self.command(Command::MoveWalls { min, max });
+                let outcome = self.command(Command::MoveWalls { min, max }, None);
                 if let Some((_, why)) = outcome.not_done.first() {
                     self.complaints.say("walls", why);
                     self.follow_walls();
@@ -363,7 +387,7 @@ impl<'a> Runner<'a> {
             }
             Change::UseSimTime(_) => {
                 // Two clocks tell nothing about each other.
-                self.stage.world_mut().forget_observed();
+                self.stage.forget_observed();
                 self.sim_time = None;
             }
         }
@@ -392,6 +416,7 @@ impl<'a> Runner<'a> {
 
     /// Topics, clocks and counts follow what was done to the stage.
     fn follow(&mut self, effect: &Effect) {
+        self.write_journal();
         self.quit |= effect.quit;
         if effect.pucks {
             let pucks = self.stage.pucks();
@@ -442,23 +467,24 @@ impl<'a> Runner<'a> {
     }
 
     /// Brings the arena to the present and gives it the command there.
-    fn command(&mut self, command: Command) -> Outcome {
+    fn command(&mut self, command: Command, source: Option<Source>) -> Outcome {
         let present = self.stage.time.due(Instant::now());
         if self.arena().is_some() {
-            let before = self.step(&[], present);
+            let before = self.step(None, present);
             self.arena_outcome(&before);
         }
-        let outcome = self.step(&[command], present);
+        let outcome = self.step(Some((command, source)), present);
         self.arena_outcome(&outcome);
         outcome
     }
 
-    fn step(&mut self, commands: &[Command], advance_to: f64) -> Outcome {
+    fn step(&mut self, command: Option<(Command, Option<Source>)>, advance_to: f64) -> Outcome {
         let begin = Instant::now();
         let heard_at = self.sim_time.unwrap_or_else(|| (begin - self.start).as_secs_f64());
-        let outcome = self.stage.world_mut().step(commands, Instants { heard_at, advance_to });
+        let outcome = self.stage.step(command, Instants { heard_at, advance_to });
         self.stepped_at = Instant::now();
         self.live.note(begin, self.stepped_at);
+        self.write_journal();
         if let Some(arena) = self.stage.world().arena() {
             let reached = arena.now();
             self.stage.time.pass(reached);
@@ -472,6 +498,27 @@ impl<'a> Runner<'a> {
             self.retry_at = Instant::now() + STALL_RETRY;
         }
         outcome
+    }
+
+    /// What was done to the world goes into the bag before what came of it.
+    fn write_journal(&mut self) {
+        if let Some(recorder) = &self.recorder {
+            self.stage.take_journal().into_iter().for_each(|entry| recorder.journal(entry));
+        }
+    }
+
+    fn watch_recorder(&mut self) {
+        let Some(recorder) = &self.recorder else { return };
+        let dropped = recorder.dropped();
+        if let (Some(why), false) = (recorder.failure(), self.is_failure_told) {
+            self.is_failure_told = true;
+            self.complaints.say("record", &format_args!("nothing is recorded any more: {why}"));
+        } else if dropped > self.unrecorded_told && !self.is_failure_told {
+            let more = dropped - self.unrecorded_told;
+            let what = "messages were not recorded: the run is quicker than the disk";
+            self.complaints.say("record", &format_args!("{more} {what}"));
+        }
+        self.unrecorded_told = dropped;
     }
 
     fn arena_outcome(&mut self, outcome: &Outcome) {
