@@ -11,7 +11,7 @@
 //! | `stage`, `timeline`, `pace` | the world with its pucks by name, and which time it is there |
 //! | `parameters`, `simulation` | the standard services |
 //! | `outputs`, `parts` | all that leaves, to whoever listens |
-//! | [`record`], [`replay`], `raw` | other nodes' topics into a bag, and out of it |
+//! | [`mod@record`], [`replay`], `raw` | other nodes' topics into a bag, and out of it |
 //! | [`recorder`] | what is said and heard, into a bag, by a thread of its own |
 //! | `live`, `status`, `complaints` | how it goes: a report, a line, a log |
 //!
