@@ -25,6 +25,7 @@
 //! | [`mod@bench`] | one measured run, whose physics is checked before its time is told |
 //! | [`audit`] | the collisions of any simulator, judged from its recording |
 //! | `report` | error against run time: CSV, plots, one HTML page (feature `report`) |
+//! | `bag` | recordings of topics, read and written (feature `bags`) |
 //! | [`exact`] | error-free arithmetic, under all of the above |
 //! | `node` | the ROS 2 node; the only room that names a ROS crate (feature `ros`) |
 //!
@@ -59,6 +60,9 @@ pub mod audit;
 
 #[cfg(feature = "report")]
 pub mod report;
+
+#[cfg(feature = "bags")]
+pub mod bag;
 
 pub mod exact;
 

@@ -1,0 +1,10 @@
+//! Bags: what is written comes back, and what is broken is named, never believed, never changed.
+
+#[path = "bag/broken.rs"]
+mod broken;
+#[path = "bag/common.rs"]
+mod common;
+#[path = "bag/reading.rs"]
+mod reading;
+#[path = "bag/writing.rs"]
+mod writing;
