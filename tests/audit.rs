@@ -13,6 +13,9 @@ mod clean;
 #[path = "audit/planted.rs"]
 mod planted;
 
+#[path = "audit/noisy.rs"]
+mod noisy;
+
 use carom::audit::findings::{Collision, Findings};
 use carom::audit::{Audit, Frame, Options};
 

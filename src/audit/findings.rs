@@ -248,6 +248,21 @@ pub struct Impulse {
     pub change_mps: [f64; 2],
 }
 
+/// A collision faster than a limit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Crash {
+    /// When, s of the recording's clock.
+    pub time_s: f64,
+    /// Which two.
+    pub discs: [DiscId; 2],
+    /// Where, m.
+    pub place_m: [f64; 2],
+    /// Speed of approach along the line of centres, m/s.
+    pub approach_speed_mps: f64,
+    /// Speeds of both before, m/s.
+    pub speeds_mps: [f64; 2],
+}
+
 /// A hole or a leap in the recording.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "what")]
@@ -394,6 +409,16 @@ pub struct Findings {
     pub overlaps: u64,
     /// The deepest of them, in smaller radii.
     pub deepest_overlap: f64,
+    /// Part of what may be wrong and is no violation.
+    pub tolerance: f64,
+    /// Speed of approach above which a collision is a crash, if anybody asked, m/s.
+    pub crash_speed: Option<f64>,
+    /// How many there were.
+    pub crashes_in_all: u64,
+    /// The first crashes.
+    pub crashes: Vec<Crash>,
+    /// What whoever read the recording has to say about it.
+    pub said: Vec<String>,
     /// First and last stamp, s.
     pub times: (f64, f64),
     /// Usual time between samples, s.
@@ -418,6 +443,11 @@ impl Findings {
             plotted: Thinned::default(),
             overlaps: 0,
             deepest_overlap: 0.0,
+            tolerance: 0.0,
+            crash_speed: None,
+            crashes_in_all: 0,
+            crashes: Vec::new(),
+            said: Vec::new(),
             times: (f64::NAN, f64::NAN),
             usual_step: 0.0,
         }
@@ -441,11 +471,28 @@ impl Findings {
             (_, Sight::Singled) => &mut self.counts.singled,
         };
         *counter += 1;
-        if matches!(collision.b, Met::Disc(_)) {
+        if let Met::Disc(b) = collision.b {
             self.plotted.add(collision);
+            self.add_crash(collision, b);
         }
         if let Some(kind) = collision.kinds.first() {
             self.add_violation(violation(collision, kind, &self.law));
+        }
+    }
+
+    fn add_crash(&mut self, collision: &Collision, b: DiscId) {
+        if self.crash_speed.is_none_or(|limit| collision.approach <= limit) {
+            return;
+        }
+        self.crashes_in_all += 1;
+        if self.crashes.len() < LISTED {
+            self.crashes.push(Crash {
+                time_s: collision.time,
+                discs: [collision.a, b],
+                place_m: collision.place.to_array(),
+                approach_speed_mps: collision.approach,
+                speeds_mps: collision.before.map(DVec2::length),
+            });
         }
     }
 

@@ -208,8 +208,9 @@ impl Encounter<'_> {
         let wrong = self.wrong(seen, restitution.unwrap_or(seen.restitution.0));
         let smaller = self.a.before.radius.min(self.b.before.radius);
         let out_of_reach = !seen.reached && beyond(seen.gap, tolerance * smaller);
-        let parting = seen.approach <= JUDGED * self.sigma().velocity;
-        if (out_of_reach && seen.gap.0 > 0.0) || (parting && seen.gaps[0] > -tolerance * smaller) {
+        let blur = JUDGED * self.sigma().velocity;
+        let parting = seen.approach < -blur && seen.gaps[0] > -tolerance * smaller;
+        if (out_of_reach && seen.gap.0 > 0.0) || parting {
             kinds.add(Kind::Phantom);
         }
         let scale = tolerance * seen.impulse;
@@ -222,7 +223,7 @@ impl Encounter<'_> {
                 Kind::Momentum
             });
         }
-        if parting {
+        if seen.approach <= blur {
             return (kinds, wrong);
         }
         if beyond(seen.angle, tolerance) {
@@ -288,13 +289,15 @@ impl Encounter<'_> {
     }
 }
 
-/// Deviations of the two numbers by those of what they are computed from.
+/// Deviations of the two numbers by those of what they are computed from: half the difference
+/// between both ends of what is judged, and what is curved between them.
 fn spread(
     measure: &impl Fn(DVec2, DVec2, DVec2) -> Option<[f64; 2]>,
     (d, w, w2): (DVec2, DVec2, DVec2),
     sigma: Sigma,
 ) -> [f64; 2] {
-    let (p, v) = (sigma.position, sigma.velocity);
+    let (p, v) = (JUDGED * sigma.position, JUDGED * sigma.velocity);
+    let Some(middle) = measure(d, w, w2) else { return [f64::INFINITY; 2] };
     let mut squares = [0.0; 2];
     for axis in [DVec2::X, DVec2::Y] {
         let each = [
@@ -304,10 +307,11 @@ fn spread(
         ];
         for ends in each {
             let [Some(up), Some(down)] = ends else { return [f64::INFINITY; 2] };
-            for (square, (up, down)) in squares.iter_mut().zip(up.into_iter().zip(down)) {
-                *square += (0.5 * (up - down)).powi(2);
+            for k in 0..2 {
+                let (straight, curved) = (up[k] - down[k], up[k] + down[k] - 2.0 * middle[k]);
+                squares[k] += (0.5 * straight).powi(2) + (0.5 * curved).powi(2);
             }
         }
     }
-    squares.map(f64::sqrt)
+    squares.map(|square| square.sqrt() / JUDGED)
 }

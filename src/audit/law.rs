@@ -65,7 +65,7 @@ impl Law {
                 max: told.max,
                 restitution: told.restitution.or(options.restitution).unwrap_or(1.0),
             }),
-            walls_source: source(options.walls.is_some()),
+            walls_source: source(options.walls.is_some() || options.no_walls),
             walls_sigma: 0.0,
             gravity: options.gravity.unwrap_or(DVec2::ZERO),
             drag: options.drag.unwrap_or(0.0),

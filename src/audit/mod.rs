@@ -35,6 +35,8 @@ pub mod law;
 
 pub mod noise;
 
+pub mod tell;
+
 use std::collections::{HashMap, HashSet};
 
 use glam::DVec2;
@@ -74,6 +76,8 @@ pub struct Options {
     /// the smaller radius; angles in rad. What noise and format allow is none in any case: 5
     /// deviations.
     pub tolerance: f64,
+    /// Speed of approach above which collisions are listed as crashes, m/s.
+    pub crash_speed: Option<f64>,
 }
 
 /// Walls as they are told.
@@ -99,6 +103,7 @@ impl Default for Options {
             velocity_noise: None,
             acceleration_max: 0.0,
             tolerance: 1e-3,
+            crash_speed: None,
         }
     }
 }

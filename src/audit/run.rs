@@ -57,8 +57,11 @@ pub(super) fn fastest(before: &Frame, after: &Frame) -> f64 {
 
 impl Run {
     pub fn new(law: Law, noise: Noise, options: &Options) -> Self {
+        let mut findings = Findings::new(law, noise);
+        findings.tolerance = options.tolerance;
+        findings.crash_speed = options.crash_speed;
         Self {
-            findings: Findings::new(law, noise),
+            findings,
             tolerance: options.tolerance,
             last: None,
             overlaps: Overlaps::default(),

@@ -115,23 +115,46 @@ impl Court<'_> {
         around: &Around,
     ) {
         let mut members = vec![k];
-        for _ in 0..ROUNDS {
+        for round in 0..=ROUNDS {
+            if round == 0 && self.joins(judged, &members, k, around) {
+                return;
+            }
             let others = around.groups_near(judged, &members);
+            let alone = |m: &usize| [members.as_slice(), &[*m]].concat();
+            let mut wider: Vec<Vec<usize>> = others.iter().map(alone).collect();
             if others.is_empty() {
                 return;
             }
             members.extend(others);
-            let mut group: Vec<usize> =
-                members.iter().flat_map(|&m| judged[m].0.iter().copied()).collect();
-            group.sort_unstable();
-            let Some(sequel) = self.follow(&group, None) else { return };
-            if self.agrees(&sequel, &group) {
-                let collisions = self.foretold(&sequel, &group);
-                members.iter().for_each(|&m| judged[m].0.clear());
-                judged[k] = (group, Verdict::Collisions(collisions));
+            wider.push(members.clone());
+            if wider.iter().any(|members| self.joins(judged, members, k, around)) {
                 return;
             }
         }
+    }
+
+    /// Makes one group of several if that is lawful, in the place of `k`.
+    fn joins(
+        &self,
+        judged: &mut [(Vec<usize>, Verdict)],
+        members: &[usize],
+        k: usize,
+        around: &Around,
+    ) -> bool {
+        let mut group: Vec<usize> =
+            members.iter().flat_map(|&m| judged[m].0.iter().copied()).collect();
+        group.sort_unstable();
+        // Whoever was hit too weakly to be seen may have hit others.
+        for group in [around.with_quiet(&group), group] {
+            let sequel = self.follow(&group, None).filter(|each| self.agrees(each, &group));
+            if let Some(sequel) = sequel {
+                let collisions = self.foretold(&sequel, &group);
+                members.iter().for_each(|&m| judged[m].0.clear());
+                judged[k] = (group, Verdict::Collisions(collisions));
+                return true;
+            }
+        }
+        false
     }
 
     /// Judges a group.
@@ -475,6 +498,17 @@ impl Court<'_> {
         Some(late)
     }
 
+    /// Whether the same discs meet if they are larger or smaller by what their places are unsure.
+    fn is_clear(&self, group: &[usize], sequel: &Sequel) -> bool {
+        let place = sequel.errors.iter().map(|error| error.position).fold(0.0, f64::max);
+        [-JUDGED * place, JUDGED * place].into_iter().all(|by| {
+            let mut start = self.start(group);
+            start.discs.iter_mut().for_each(|disc| disc.radius = (disc.radius + by).max(0.0));
+            let other = start.follow(self.span.length, &self.rules());
+            other.is_some_and(|other| other.touches.len() == sequel.touches.len())
+        })
+    }
+
     /// What no contact may change: the momentum of all, energy that only shrinks, and at last the
     /// law itself, where the foretelling is sure.
     fn conserved(&self, group: &[usize], sequel: &Sequel) -> Option<Verdict> {
@@ -497,7 +531,7 @@ impl Court<'_> {
         let kind = match (momentum && !walled && !fixed, gains) {
             (true, _) => Kind::Momentum,
             (false, true) => Kind::Energy,
-            _ if unsure <= SURE * speed => Kind::Cluster,
+            _ if unsure <= SURE * speed && self.is_clear(group, sequel) => Kind::Cluster,
             _ => return None,
         };
         let wrong = sequel.discs.iter().zip(flights());
@@ -521,26 +555,44 @@ impl Court<'_> {
     }
 }
 
-/// Which disturbed discs came near each other.
-struct Around(HashMap<usize, Vec<usize>>);
+/// Which discs came near a disturbed one.
+struct Around {
+    disturbed: HashMap<usize, Vec<usize>>,
+    quiet: HashMap<usize, Vec<usize>>,
+}
 
 impl Around {
     fn new(found: &Groups, flights: &[Flight]) -> Self {
-        let mut near: HashMap<usize, Vec<usize>> = HashMap::new();
+        let [mut disturbed, mut quiet] = [(); 2].map(|()| HashMap::<usize, Vec<usize>>::new());
         for &(i, j) in &found.near {
-            if flights[i].is_disturbed() && flights[j].is_disturbed() {
-                near.entry(i).or_default().push(j);
-                near.entry(j).or_default().push(i);
+            for (one, other) in [(i, j), (j, i)] {
+                match (flights[one].course, flights[other].is_disturbed()) {
+                    (Course::Bent(_) | Course::Tangled, true) => &mut disturbed,
+                    (Course::Quiet, true) => &mut quiet,
+                    _ => continue,
+                }
+                .entry(other)
+                .or_default()
+                .push(one);
             }
         }
-        Self(near)
+        Self { disturbed, quiet }
+    }
+
+    /// These and the undisturbed ones around them, in ascending order.
+    fn with_quiet(&self, group: &[usize]) -> Vec<usize> {
+        let quiet = group.iter().filter_map(|disc| self.quiet.get(disc)).flatten();
+        let mut all: Vec<usize> = group.iter().chain(quiet).copied().collect();
+        all.sort_unstable();
+        all.dedup();
+        all
     }
 
     /// Groups beside these with a disc near one of theirs.
     fn groups_near(&self, judged: &[(Vec<usize>, Verdict)], members: &[usize]) -> Vec<usize> {
         let discs = members.iter().flat_map(|&m| &judged[m].0);
         let near: HashSet<usize> =
-            discs.filter_map(|disc| self.0.get(disc)).flatten().copied().collect();
+            discs.filter_map(|disc| self.disturbed.get(disc)).flatten().copied().collect();
         let near = |group: &[usize]| group.iter().any(|disc| near.contains(disc));
         (0..judged.len()).filter(|m| !members.contains(m) && near(&judged[*m].0)).collect()
     }
