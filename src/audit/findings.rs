@@ -552,14 +552,12 @@ fn violation(collision: &Collision, kind: Kind, law: &Law) -> Violation {
 fn detail(collision: &Collision, kind: Kind, law: &Law) -> String {
     let Collision { gap, momentum, restitution, angle, energy, .. } = collision;
     match kind {
-        Kind::Momentum | Kind::SwappedMasses | Kind::ScaledVelocities => format!(
-            "momentum off by {:.3} of what was exchanged; energy {energy:+.3e} J",
-            momentum
-        ),
-        Kind::Normal => format!(
-            "impulse {:.3} rad ({:.1e}) from the line of centres",
-            angle.0, angle.1
-        ),
+        Kind::Momentum | Kind::SwappedMasses | Kind::ScaledVelocities => {
+            format!("momentum off by {:.3} of what was exchanged; energy {energy:+.3e} J", momentum)
+        }
+        Kind::Normal => {
+            format!("impulse {:.3} rad ({:.1e}) from the line of centres", angle.0, angle.1)
+        }
         Kind::Energy | Kind::Sticking => {
             let law = match (law.restitution, law.restitution_source) {
                 (Some(law), Source::Estimated) => format!("{law:.4} in most collisions"),

@@ -109,9 +109,8 @@ impl Means<'_> {
         };
         let (fall, length) = (flight.fall(self.law), span.length);
         flight.change = after.velocity - before.velocity - fall * length;
-        flight.rest = after.position
-            - before.position
-            - (before.velocity + 0.5 * fall * length) * length;
+        flight.rest =
+            after.position - before.position - (before.velocity + 0.5 * fall * length) * length;
         flight.course = self.course(&flight, length);
         flight
     }

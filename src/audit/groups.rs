@@ -229,9 +229,8 @@ impl<'a> Couple<'a> {
     fn is_linked(&self) -> bool {
         let near = self.nearness();
         let bends = [self.a, self.b].into_iter().filter(|flight| flight.is_disturbed());
-        let touches = |flight: &Flight| {
-            (self.apart(self.bend(flight)).length() - self.reach()).abs() <= near
-        };
+        let touches =
+            |flight: &Flight| (self.apart(self.bend(flight)).length() - self.reach()).abs() <= near;
         (self.is_at_once() && bends.into_iter().any(touches)) || self.least_gap() < -near
     }
 

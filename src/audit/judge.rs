@@ -80,10 +80,7 @@ impl Encounter<'_> {
     /// The deviations of relative position and velocity.
     fn sigma(&self) -> Sigma {
         let (a, b) = (self.a.sigma, self.b.sigma);
-        Sigma {
-            position: a.position.hypot(b.position),
-            velocity: a.velocity.hypot(b.velocity),
-        }
+        Sigma { position: a.position.hypot(b.position), velocity: a.velocity.hypot(b.velocity) }
     }
 
     /// When the relative velocity changed, if it did suddenly, s.
@@ -236,13 +233,7 @@ impl Encounter<'_> {
         (kinds, wrong)
     }
 
-    fn judge_restitution(
-        &self,
-        seen: &Seen,
-        law: Option<f64>,
-        tolerance: f64,
-        kinds: &mut Kinds,
-    ) {
+    fn judge_restitution(&self, seen: &Seen, law: Option<f64>, tolerance: f64, kinds: &mut Kinds) {
         let (value, sigma) = seen.restitution;
         if sigma.is_nan() || sigma > VAGUE {
             return;

@@ -37,6 +37,15 @@ pub mod noise;
 
 pub mod tell;
 
+#[cfg(feature = "bags")]
+pub mod recorded;
+
+#[cfg(feature = "report")]
+pub mod page;
+
+#[cfg(all(feature = "bags", feature = "report"))]
+pub mod command;
+
 use std::collections::{HashMap, HashSet};
 
 use glam::DVec2;

@@ -6,9 +6,9 @@
 
 use glam::DVec2;
 
+use super::Frame;
 use super::flight::{Means, Span};
 use super::law::Law;
-use super::Frame;
 use crate::world::Disc;
 
 /// The length that a quarter of two-dimensional Gaussian vectors do not reach, over the deviation

@@ -65,8 +65,20 @@ fn turn(flight: &Flight, law: &Law, length: f64) -> Option<Turn> {
     let size = change.length();
     let slack = ALONG_WALL * size + JUDGED * sigma.of_change();
     let side = match (change.x.abs() <= slack, change.y.abs() <= slack) {
-        (false, true) => if change.x > 0.0 { Side::Left } else { Side::Right },
-        (true, false) => if change.y > 0.0 { Side::Bottom } else { Side::Top },
+        (false, true) => {
+            if change.x > 0.0 {
+                Side::Left
+            } else {
+                Side::Right
+            }
+        }
+        (true, false) => {
+            if change.y > 0.0 {
+                Side::Bottom
+            } else {
+                Side::Top
+            }
+        }
         _ => return None,
     };
     let n = side.normal();

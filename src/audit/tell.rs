@@ -130,10 +130,7 @@ fn of_law(findings: &Findings) -> Vec<(&'static str, String)> {
     let format = if noise.single { "4-byte numbers" } else { "8-byte numbers" };
     vec![
         ("law", format!("{restitution}; {motion}; {walls}")),
-        (
-            "noise",
-            format!("{:.1e} m, {:.1e} m/s, {format}", noise.position, noise.velocity),
-        ),
+        ("noise", format!("{:.1e} m, {:.1e} m/s, {format}", noise.position, noise.velocity)),
         (
             "violation",
             format!(
@@ -147,9 +144,8 @@ fn of_law(findings: &Findings) -> Vec<(&'static str, String)> {
 
 /// A box in words; a wall that nobody reached is `-`.
 fn bounds(walls: &Walls) -> String {
-    let [a, b, c, d] = [walls.min.x, walls.max.x, walls.min.y, walls.max.y].map(|x| {
-        if x.abs() < 1e100 { format!("{x:.6}") } else { "-".to_owned() }
-    });
+    let [a, b, c, d] = [walls.min.x, walls.max.x, walls.min.y, walls.max.y]
+        .map(|x| if x.abs() < 1e100 { format!("{x:.6}") } else { "-".to_owned() });
     format!("x {a} to {b}, y {c} to {d} m, restitution {:.6}", walls.restitution)
 }
 

@@ -108,12 +108,7 @@ impl Court<'_> {
     }
 
     /// Judges a group with more and more of those around it, until all is lawful; else it stays.
-    fn judge_with_others(
-        &self,
-        judged: &mut [(Vec<usize>, Verdict)],
-        k: usize,
-        around: &Around,
-    ) {
+    fn judge_with_others(&self, judged: &mut [(Vec<usize>, Verdict)], k: usize, around: &Around) {
         let mut members = vec![k];
         for round in 0..=ROUNDS {
             if round == 0 && self.joins(judged, &members, k, around) {
@@ -390,9 +385,8 @@ impl Court<'_> {
         let suspects = sequel.touches.iter().enumerate();
         let pairs = suspects.filter_map(|(k, touch)| Some((k, touch, touch.b?)));
         for (k, touch, b) in pairs {
-            let found = self
-                .unseen(group, touch, b)
-                .or_else(|| self.wrong_one(group, k, (touch.a, b)));
+            let found =
+                self.unseen(group, touch, b).or_else(|| self.wrong_one(group, k, (touch.a, b)));
             if found.is_some() {
                 return found;
             }

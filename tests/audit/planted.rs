@@ -36,11 +36,8 @@ fn planted(how: Spoil, wanted: &[Kind], rate: f64, count: usize, seeds: u64) -> 
         let Some(spoilt) = spoilt else { continue };
         let walls = settings.walls.expect("walls");
         let bounds = Bounds { min: walls.min, max: walls.max, restitution: None };
-        let options = Options {
-            restitution: Some(restitution),
-            walls: Some(bounds),
-            ..Options::default()
-        };
+        let options =
+            Options { restitution: Some(restitution), walls: Some(bounds), ..Options::default() };
         let (findings, _) = audited(frames, &options);
         tally.planted += 1;
         let mut same = 0;
