@@ -1,6 +1,8 @@
 //! The command line: reads what is wanted, calls the room that does it, says what went wrong in
 //! one line. Exit code 0 = done, 1 = it failed, 2 = bad use.
 
+mod bag_commands;
+
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -45,6 +47,10 @@ enum Command {
     /// Measure one run, and check its physics before telling the time.
     #[command(subcommand)]
     Bench(BenchCommand),
+    /// Record topics of other nodes into a bag.
+    Record(bag_commands::RecordArguments),
+    /// Play the topics of a bag.
+    Replay(bag_commands::ReplayArguments),
 }
 
 #[derive(Subcommand)]
@@ -283,6 +289,11 @@ struct RunArguments {
     /// Build every part though nothing needs it: the same bits, more slowly.
     #[arg(long)]
     keep_all: bool,
+    /// Record what the node says and hears into a bag, a folder that is not there yet.
+    #[arg(long, value_name = "DIR")]
+    record: Option<PathBuf>,
+    #[command(flatten)]
+    bag: bag_commands::FromArguments,
 }
 
 const METHODS: [&str; 6] = ["auto", "events", "plain", "ticks", "steps", "springs"];
@@ -302,8 +313,17 @@ fn main() -> ExitCode {
         Err(error) => return refuse(&error),
     };
     match (cli.command.unwrap_or(Command::Run(cli.run)), ros) {
+        (Command::Run(arguments), ros) if arguments.bag.from.is_some() => {
+            bag_commands::from_bag(arguments, ros.is_some())
+        }
         (Command::Run(arguments), ros) => run(arguments, ros.unwrap_or_default()),
-        (_, Some(_)) => complain(&"--ros-args are for the node: carom run", 2),
+        (Command::Record(arguments), ros) => {
+            bag_commands::record(arguments, ros.unwrap_or_default())
+        }
+        (Command::Replay(arguments), ros) => {
+            bag_commands::replay(arguments, ros.unwrap_or_default())
+        }
+        (_, Some(_)) => complain(&"--ros-args are for nodes: carom run, record, replay", 2),
         (Command::Check(arguments), None) => check(arguments),
         (Command::Explain(arguments), None) => explain(&arguments),
         (Command::Report(arguments), None) => report(arguments),
@@ -321,8 +341,7 @@ fn keep_to_budget(scene: &mut Scene, wish: Wish) {
     }
     if let Some(budget) = Budget::of(scene, scene.node.wish) {
         budget.apply(scene);
-        // Nobody may be reading.
-        let _ = writeln!(std::io::stderr(), "carom: {}", budget.verdict());
+        tell(&budget.verdict());
     }
 }
 
@@ -479,9 +498,12 @@ fn run(mut arguments: RunArguments, ros: RosArguments) -> ExitCode {
         Ok(start) => start,
         Err(error) => return complain(&error, 2),
     };
-    let RunArguments { scene, seconds, rate, method, step, keep_all, error, budget } = arguments;
+    let RunArguments {
+        scene, seconds, rate, method, step, keep_all, error, budget, record, ..
+    } = arguments;
     let scene = scene.unwrap_or_else(|| shipped::DEFAULT.to_owned());
-    let options = RunOptions { scene, start, seconds, rate: rate.unwrap_or(1.0) };
+    let rate = rate.unwrap_or(1.0);
+    let options = RunOptions { scene, start, seconds, rate, record };
     match load(&options.scene, method.as_deref(), step, keep_all) {
         Err(message) => complain(&message, 2),
         Ok(mut scene) => {
@@ -514,6 +536,8 @@ fn fill(
     arguments.error = arguments.error.or(number("error", budget::parse_error)?);
     arguments.budget = arguments.budget.or(number("budget", budget::parse_budget)?);
     arguments.keep_all |= start.flag("keep_all")?.unwrap_or(false);
+    let folder = start.text("record")?.filter(|folder| !folder.is_empty());
+    arguments.record = arguments.record.take().or(folder.map(PathBuf::from));
     if let (None, Some(method)) = (&arguments.method, start.text("method")?) {
         Method::named(&method).map_err(|error| wrong(format!("parameter 'method': {error}")))?;
         arguments.method = Some(method);
@@ -521,20 +545,37 @@ fn fill(
     Ok(())
 }
 
+/// Nothing without a node.
 #[cfg(not(feature = "ros"))]
-fn split(words: Vec<String>) -> Result<(Vec<String>, Option<()>), String> {
+#[derive(Default)]
+struct RosArguments;
+
+#[cfg(not(feature = "ros"))]
+fn split(words: Vec<String>) -> Result<(Vec<String>, Option<RosArguments>), String> {
     Ok((words, None))
 }
 
 #[cfg(not(feature = "ros"))]
-fn run(_arguments: RunArguments, (): ()) -> ExitCode {
+fn run(_arguments: RunArguments, _ros: RosArguments) -> ExitCode {
     complain(&"this build has no ROS 2 node: build it with the feature `ros`", 2)
 }
 
-/// One line on stderr.
-fn complain(error: &dyn std::fmt::Display, code: u8) -> ExitCode {
+/// What came of it, on stdout.
+#[cfg(feature = "bags")]
+fn say(what: &dyn std::fmt::Display) {
     // Nobody may be reading.
-    let _ = writeln!(std::io::stderr(), "carom: {error}");
+    let _ = writeln!(std::io::stdout(), "{what}");
+}
+
+/// One line on stderr.
+fn tell(what: &dyn std::fmt::Display) {
+    // Nobody may be reading.
+    let _ = writeln!(std::io::stderr(), "carom: {what}");
+}
+
+/// One line on stderr, and the exit code.
+fn complain(error: &dyn std::fmt::Display, code: u8) -> ExitCode {
+    tell(error);
     ExitCode::from(code)
 }
 

@@ -6,5 +6,7 @@ mod broken;
 mod common;
 #[path = "bag/reading.rs"]
 mod reading;
+#[path = "bag/runs.rs"]
+mod runs;
 #[path = "bag/writing.rs"]
 mod writing;

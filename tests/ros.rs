@@ -50,6 +50,10 @@ beside_others! {
     13 simulation
     14 markers
     16 robots
+    25 bags_others
+    26 bags_own
+    27 bags_replayed
+    28 bags_killed
 }
 
 macro_rules! alone {

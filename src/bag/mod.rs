@@ -7,6 +7,8 @@
 //! | [`write`] | a bag that `ros2 bag` accepts |
 //! | [`definitions`], `standard` | what types are made of, and their hashes |
 //! | [`qos`] | the quality of service of a topic, as bags write it down |
+//! | [`offline`] | the resolver over a recording |
+//! | [`journal`], [`verify`] | what a run depended on; whether it comes again bit by bit |
 //! | `mcap_file`, `sqlite_file` | the two storages |
 //! | `metadata` | the file `metadata.yaml` of a bag |
 //! | `files` | the files of a bag, opened for reading only |
@@ -16,8 +18,11 @@
 
 pub mod decode;
 pub mod definitions;
+pub mod journal;
+pub mod offline;
 pub mod qos;
 pub mod read;
+pub mod verify;
 pub mod write;
 
 mod fault;

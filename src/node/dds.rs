@@ -17,6 +17,7 @@ use ros2_client::{
     ActionTypeName, AsyncActionServer, Context, Gid, MessageInfo, MessageTypeName, Name, Node,
     NodeName, NodeOptions, ServiceTypeName, WriteError,
 };
+use rustdds::policy;
 use rustdds::{
     DomainParticipantBuilder, DomainParticipantStatusEvent, DomainParticipantStatusListener, GUID,
     RTPSEntity, StatusEvented,
@@ -27,8 +28,11 @@ use serde::de::DeserializeOwned;
 use super::farewell;
 use super::names::{BadName, Names};
 use super::parameters::services::ParameterEvent;
+use super::raw::Raw;
+use super::recorder::{Recorder, Tap};
 use super::service::{RosService, Service};
 use super::simulation::wire::{StepsFeedback, StepsGoal, StepsResult};
+use crate::bag::qos::Qos;
 use crate::messages::{
     CircleStates, CircleVelocities, Clock, Contacts, DiagnosticArray, ErrorReport, MarkerArray,
     Odometry, Twist, TwistStamped,
@@ -110,9 +114,23 @@ impl Reach {
     }
 }
 
+/// What can be sent, heard and recorded.
+pub trait Payload: Serialize + DeserializeOwned + Clone + Send + 'static {
+    /// About how many bytes it has.
+    fn bytes(&self) -> usize {
+        size_of_val(self)
+    }
+}
+
+impl Payload for Raw {
+    fn bytes(&self) -> usize {
+        self.0.len()
+    }
+}
+
 /// A message type with its ROS name. `Vec` fields are read element by element and grow with the
 /// bytes that are really there, so a forged length is an error, never a huge allocation.
-pub trait RosMessage: Serialize + DeserializeOwned + Send + 'static {
+pub trait RosMessage: Payload {
     /// The interface package.
     const PACKAGE: &'static str;
     /// The name in `msg/`.
@@ -120,19 +138,26 @@ pub trait RosMessage: Serialize + DeserializeOwned + Send + 'static {
 }
 
 macro_rules! ros_messages {
-    ($($package:literal $name:ident)*) => {$(
+    ($($package:literal $name:ident $($items:ident)?)*) => {$(
         impl RosMessage for $name {
             const PACKAGE: &'static str = $package;
             const TYPE: &'static str = stringify!($name);
+        }
+        impl Payload for $name {
+            $(
+                fn bytes(&self) -> usize {
+                    size_of_val(&*self.$items)
+                }
+            )?
         }
         impl ros2_client::Message for $name {}
     )*};
 }
 
 ros_messages! {
-    "carom" CircleStates
-    "carom" CircleVelocities
-    "carom" Contacts
+    "carom" CircleStates circles
+    "carom" CircleVelocities velocities
+    "carom" Contacts contacts
     "carom" ErrorReport
     "diagnostic_msgs" DiagnosticArray
     "visualization_msgs" MarkerArray
@@ -151,7 +176,12 @@ pub struct Ros {
     names: Names,
     guid: [u8; 16],
     reach: Reach,
+    /// What is opened from now on goes into a bag too.
+    recorder: Option<Recorder>,
 }
+
+/// What can be drawn again from the rest is not recorded.
+const UNRECORDED: &str = "MarkerArray";
 
 impl Ros {
     /// Opens a participant in `domain_id` and a node of this name without rosout and parameter
@@ -173,7 +203,26 @@ impl Ros {
             .map_err(|e| cannot_open("the context", &e))?;
         let options = NodeOptions::new().enable_rosout(false).start_parameter_services(false);
         let node = context.new_node(name, options).map_err(|e| cannot_open("the node", &e))?;
-        Ok((Self { node, _context: context, names, guid, reach }, listeners))
+        Ok((Self { node, _context: context, names, guid, reach, recorder: None }, listeners))
+    }
+
+    /// Whatever is opened from now on is recorded.
+    pub fn record(&mut self, recorder: Recorder) {
+        self.recorder = Some(recorder);
+    }
+
+    /// The whole name of a topic.
+    pub fn topic_name(&self, topic: &str) -> Result<String, DdsError> {
+        Ok(self.names.topic(topic)?)
+    }
+
+    fn tap<M: RosMessage>(&self, topic: &str, depth: usize) -> Result<Option<Tap>, DdsError> {
+        let Some(recorder) = self.recorder.as_ref().filter(|_| M::TYPE != UNRECORDED) else {
+            return Ok(None);
+        };
+        let kind = format!("{}/msg/{}", M::PACKAGE, M::TYPE);
+        let qos = Qos { depth, ..Qos::default() };
+        Ok(Some(recorder.tap(&self.topic_name(topic)?, &kind, &qos.to_yaml())))
     }
 
     /// A reliable, volatile publisher on a topic of this name, as the command line renames it.
@@ -190,7 +239,8 @@ impl Ros {
             .node
             .create_publisher(&topic_handle, Some(qos))
             .map_err(|e| cannot_open(topic, &e))?;
-        Ok(Publisher { inner, topic: topic.to_owned() })
+        let tap = self.tap::<M>(topic, depth)?;
+        Ok(Publisher { inner, topic: topic.to_owned(), tap })
     }
 
     /// A best-effort subscription, which matches every publisher of the type.
@@ -206,7 +256,67 @@ impl Ros {
             .node
             .create_subscription(&topic_handle, Some(qos))
             .map_err(|e| cannot_open(topic, &e))?;
-        Ok(Subscription { inner, numbers: Numbers::default() })
+        let tap = self.tap::<M>(topic, depth)?;
+        Ok(Subscription { inner, numbers: Numbers::default(), tap })
+    }
+
+    /// A publisher of any type, such as `carom/msg/Contacts`.
+    pub fn raw_publisher(
+        &mut self,
+        topic: &str,
+        kind: &str,
+        qos: Qos,
+    ) -> Result<RawPublisher, DdsError> {
+        let profile = profile(QosProfile::publisher_default(), qos, qos.depth.max(100));
+        let handle = self.raw_topic(topic, kind, &profile)?;
+        let inner = self.node.create_publisher(&handle, Some(profile));
+        Ok(RawPublisher(inner.map_err(|e| cannot_open(topic, &e))?))
+    }
+
+    /// A subscription of any type.
+    pub fn raw_subscription(
+        &mut self,
+        topic: &str,
+        kind: &str,
+        qos: Qos,
+        depth: usize,
+    ) -> Result<Subscription<Raw>, DdsError> {
+        let profile = profile(QosProfile::subscription_default(), qos, depth);
+        let handle = self.raw_topic(topic, kind, &profile)?;
+        let inner = self.node.create_subscription(&handle, Some(profile));
+        let inner = inner.map_err(|e| cannot_open(topic, &e))?;
+        Ok(Subscription { inner, numbers: Numbers::default(), tap: None })
+    }
+
+    /// The topics that other nodes offer, each with what all its publishers have in common.
+    pub fn offered(&self) -> Vec<Offered> {
+        let own = GUID::from_bytes(self.guid).prefix;
+        let mut found: Vec<Offered> = Vec::new();
+        for writer in self._context.domain_participant().discovered_writers() {
+            let said = writer.publication_topic_data;
+            let name = said.topic_name.strip_prefix("rt/").map(|name| format!("/{name}"));
+            let kind = said.type_name.replacen("::dds_::", "::", 1).replace("::", "/");
+            let (Some(name), Some(kind)) = (name, kind.strip_suffix('_')) else { continue };
+            if said.key.prefix == own {
+                continue;
+            }
+            let reliable = matches!(said.reliability, Some(policy::Reliability::Reliable { .. }));
+            let transient_local = said
+                .durability
+                .is_some_and(|durability| durability != policy::Durability::Volatile);
+            let other = found.iter_mut().find(|other| other.name == name && other.kind == kind);
+            match other {
+                Some(Offered { qos, .. }) => {
+                    qos.reliable &= reliable;
+                    qos.transient_local &= transient_local;
+                }
+                None => {
+                    let qos = Qos { reliable, transient_local, ..Qos::default() };
+                    found.push(Offered { name, kind: kind.to_owned(), qos });
+                }
+            }
+        }
+        found
     }
 
     /// A service of this name, as the command line renames it, as Fast DDS maps it to topics.
@@ -258,12 +368,52 @@ impl Ros {
         topic: &str,
         qos: &QosProfile,
     ) -> Result<rustdds::Topic, DdsError> {
+        self.open_topic(topic, MessageTypeName::new(M::PACKAGE, M::TYPE), qos)
+    }
+
+    fn raw_topic(
+        &self,
+        topic: &str,
+        kind: &str,
+        qos: &QosProfile,
+    ) -> Result<rustdds::Topic, DdsError> {
+        let (package, name) = kind.split_once("/msg/").unwrap_or((kind, ""));
+        self.open_topic(topic, MessageTypeName::new(package, name), qos)
+    }
+
+    fn open_topic(
+        &self,
+        topic: &str,
+        type_name: MessageTypeName,
+        qos: &QosProfile,
+    ) -> Result<rustdds::Topic, DdsError> {
         // Resolved here: ros2-client makes `rt//name` of a relative name in the namespace `/`.
         let full = self.names.topic(topic)?;
         let name = Name::parse(&full).map_err(|e| cannot_open(topic, &e))?;
-        let type_name = MessageTypeName::new(M::PACKAGE, M::TYPE);
         self.node.create_topic(&name, type_name, qos).map_err(|e| cannot_open(topic, &e))
     }
+}
+
+/// A topic that somebody offers.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Offered {
+    /// Its whole name.
+    pub name: String,
+    /// Its type, such as `carom/msg/Contacts`.
+    pub kind: String,
+    /// What a subscription may ask of every publisher.
+    pub qos: Qos,
+}
+
+fn profile(from: QosProfile, qos: Qos, depth: usize) -> QosProfile {
+    let from = from.history(History::KeepLast { depth });
+    let from = if qos.reliable {
+        from.reliability_reliable(WhenFull::Fail)
+    } else {
+        from.reliability_best_effort()
+    };
+    let kept = if qos.transient_local { Durability::TransientLocal } else { Durability::Volatile };
+    from.durability(kept)
 }
 
 /// Which remote readers each publisher has: what nobody hears need not be said.
@@ -321,6 +471,7 @@ impl Listeners {
 pub struct Publisher<M: RosMessage> {
     inner: ros2_client::Publisher<M>,
     topic: String,
+    tap: Option<Tap>,
 }
 
 impl<M: RosMessage> Publisher<M> {
@@ -329,19 +480,51 @@ impl<M: RosMessage> Publisher<M> {
         &self.topic
     }
 
+    /// Whether its messages go into a bag.
+    pub fn is_recorded(&self) -> bool {
+        self.tap.is_some()
+    }
+
+    /// Writes a message into the bag; gives it back if somebody else wants it too.
+    pub fn record(&self, message: M, is_heard: bool) -> Option<M> {
+        let Some(tap) = &self.tap else { return Some(message) };
+        let bytes = message.bytes();
+        if !is_heard {
+            tap.record(bytes, message);
+            return None;
+        }
+        tap.record(bytes, message.clone());
+        Some(message)
+    }
+
     /// Hands the message to DDS at once or not at all.
     pub fn publish(&self, message: M) -> Result<(), DdsError> {
-        self.inner.publish(message).map_err(|error| match error.forget_data() {
-            WriteError::WouldBlock { .. } => DdsError::WindowFull,
-            other => DdsError::Send(other.to_string()),
-        })
+        self.inner.publish(message).map_err(refused)
+    }
+}
+
+/// Sends payloads as they are on one topic.
+pub struct RawPublisher(ros2_client::Publisher<Raw>);
+
+impl RawPublisher {
+    /// Hands the message to DDS at once or not at all.
+    pub fn publish(&self, message: Raw) -> Result<(), DdsError> {
+        self.0.publish(message).map_err(refused)
+    }
+}
+
+fn refused<M>(error: WriteError<M>) -> DdsError {
+    match error.forget_data() {
+        WriteError::WouldBlock { .. } => DdsError::WindowFull,
+        other => DdsError::Send(other.to_string()),
     }
 }
 
 /// Reads messages of one type from one topic.
-pub struct Subscription<M: RosMessage> {
+pub struct Subscription<M> {
     inner: ros2_client::Subscription<M>,
     numbers: Numbers,
+    tap: Option<Tap>,
 }
 
 /// What was read, and how many messages before it never were.
@@ -352,13 +535,16 @@ pub struct Received<M> {
     pub dropped: u64,
 }
 
-impl<M: RosMessage> Subscription<M> {
+impl<M: Payload> Subscription<M> {
     /// All messages from now on; it never ends.
     pub fn into_stream(self) -> impl Stream<Item = Received<M>> {
         futures::stream::unfold(self, async |mut subscription| {
             let received = match subscription.inner.async_take().await {
                 Ok((message, info)) => {
                     let dropped = subscription.numbers.missing_before(&info);
+                    if let Some(tap) = &subscription.tap {
+                        tap.record(message.bytes(), message.clone());
+                    }
                     Received { message: Ok(message), dropped }
                 }
                 Err(error) => {

@@ -63,7 +63,7 @@ impl Live {
             return None;
         }
         let Some(since) = self.since.replace(now) else {
-            stage.world_mut().keep_account();
+            stage.keep_account();
             self.state_facts(stage);
             self.interval.begin(totals);
             return None;

@@ -11,6 +11,8 @@
 //! | `stage`, `timeline`, `pace` | the world with its pucks by name, and which time it is there |
 //! | `parameters`, `simulation` | the standard services |
 //! | `outputs`, `parts` | all that leaves, to whoever listens |
+//! | [`record`], [`replay`], `raw` | other nodes' topics into a bag, and out of it |
+//! | `recorder` | what is said and heard, into a bag, by a thread of its own |
 //! | `live`, `status`, `complaints` | how it goes: a report, a line, a log |
 //!
 //! Subscriptions only hand messages over; results leave as arrays.
@@ -26,6 +28,10 @@ mod outputs;
 mod pace;
 mod parameters;
 mod parts;
+mod raw;
+pub mod record;
+mod recorder;
+pub mod replay;
 mod robots;
 mod runner;
 mod service;
@@ -35,14 +41,21 @@ mod start;
 mod status;
 mod timeline;
 
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use ros2_client::ParameterValue;
 use tokio::signal::unix::{Signal, SignalKind, signal};
 
+use crate::bag::journal;
+use crate::bag::write::{Options, WriteError};
 use crate::motion::arena::Halt;
 use crate::scene::Scene;
 use dds::{DdsError, Reach, Ros};
 use inputs::Inputs;
 use outputs::Outputs;
 use parameters::{Parameters, declared};
+use recorder::Recorder;
 use runner::Runner;
 pub use start::Start;
 
@@ -57,6 +70,8 @@ pub struct RunOptions {
     pub seconds: Option<f64>,
     /// Simulated seconds in a second of wall time; 0 = as fast as possible.
     pub rate: f64,
+    /// A folder to record into.
+    pub record: Option<PathBuf>,
 }
 
 /// Why the node could not run, or ended early.
@@ -74,6 +89,9 @@ pub enum NodeError {
     /// The operating system does not do its part.
     #[error("cannot start: {0}")]
     System(#[from] std::io::Error),
+    /// The bag cannot be written.
+    #[error("record: {0}")]
+    Bag(#[from] WriteError),
 }
 
 impl NodeError {
@@ -82,6 +100,7 @@ impl NodeError {
         matches!(
             self,
             Self::BadUse(_)
+                | Self::Bag(WriteError::Exists(_))
                 | Self::Dds(
                     DdsError::Environment { .. } | DdsError::DomainId(_) | DdsError::Name(_)
                 )
@@ -102,20 +121,68 @@ pub fn run(scene: &Scene, options: &RunOptions) -> Result<(), NodeError> {
     // Before anybody can see the node: from its first sign of life it ends cleanly.
     let stop = runtime.block_on(async { Stop::new() })?;
     let (mut ros, listeners) = Ros::open(options.start.names.clone(), domain_id, reach)?;
+    let recorder = record(&mut ros, &scene, &parameters, options)?;
     let outcome = runtime.block_on(async {
         let inputs = Inputs::open(&mut ros, &scene)?;
         let outputs = Outputs::open(&mut ros, listeners, &scene)?;
-        Runner::new(scene, parameters, (inputs, outputs), &mut ros, options)?.run(stop).await
+        let runner = Runner::new(scene, parameters, (inputs, outputs), &mut ros, options)?;
+        runner.record(recorder.clone()).run(stop).await
     });
     ros.close();
+    if let Some(recorder) = recorder {
+        let (written, dropped) = (recorder.close()?, recorder.dropped());
+        let recorder::Summary { messages, files } = written;
+        tracing::info!("recorded {messages} messages, {dropped} dropped, in {files} files");
+    }
     outcome
+}
+
+/// Begins the bag that was asked for, with all that the run begins with.
+fn record(
+    ros: &mut Ros,
+    scene: &Scene,
+    parameters: &Parameters,
+    options: &RunOptions,
+) -> Result<Option<Recorder>, NodeError> {
+    let Some(folder) = &options.record else { return Ok(None) };
+    let values: BTreeMap<String, String> =
+        parameters.all().map(|(name, value)| (name, text(value))).collect();
+    let mut said = journal::note(scene, &values);
+    for (key, topic) in [
+        ("topic.journal", journal::TOPIC),
+        ("topic.arena_states", "arena_states"),
+        ("topic.contacts", "contacts"),
+        ("topic.corrected_velocities", "corrected_velocities"),
+    ] {
+        said.insert(key.to_owned(), ros.topic_name(topic)?);
+    }
+    let journal = said["topic.journal"].clone();
+    let notes = vec![(journal::NOTE.to_owned(), said)];
+    let recorder = Recorder::open(folder, Options::default(), notes)?;
+    recorder.keep_journal(&journal);
+    ros.record(recorder.clone());
+    Ok(Some(recorder))
+}
+
+/// A value as it is noted: a number so that the same bits are read back.
+fn text(value: ParameterValue) -> String {
+    match value {
+        ParameterValue::Double(number) => number.to_string(),
+        ParameterValue::Integer(number) => number.to_string(),
+        ParameterValue::Boolean(flag) => flag.to_string(),
+        ParameterValue::String(text) => text,
+        ParameterValue::StringArray(texts) => texts.join(","),
+        other => format!("{other:?}"),
+    }
 }
 
 /// The parameters, whose values the scene then has.
 fn parameters(scene: &mut Scene, options: &RunOptions) -> Result<Parameters, String> {
-    let RunOptions { scene: name, start, rate, seconds } = options;
+    let RunOptions { scene: name, start, rate, seconds, record } = options;
     let values = start.values();
     let mut all = declared::declare(scene, name, *rate, *seconds);
+    let record = record.as_ref().map(|folder| folder.display().to_string());
+    all.push(declared::of_the_bag(record.unwrap_or_default()));
     all.extend(declared::of_robots(&values));
     let parameters = Parameters::new(all, &start.names.to_string(), &values)?;
     declared::apply(&parameters, scene)?;

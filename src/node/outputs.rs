@@ -145,7 +145,10 @@ impl Outputs {
     }
 
     fn odometry(&self, stage: &Stage, arena: &Arena, complaints: &mut Complaints) {
-        if !self.odometry.values().any(|publisher| self.listeners.hear(publisher)) {
+        let is_wanted = |publisher: &Publisher<Odometry>| {
+            publisher.is_recorded() || self.listeners.hear(publisher)
+        };
+        if !self.odometry.values().any(is_wanted) {
             return;
         }
         for (puck, disc) in stage.now() {
@@ -189,10 +192,12 @@ impl Outputs {
         self.listeners.update();
     }
 
-    /// Whether somebody hears reports.
+    /// Whether somebody wants reports.
     pub fn reports_are_heard(&mut self) -> bool {
         self.listeners.update();
-        self.listeners.hear(&self.error_report) || self.listeners.hear(&self.diagnostics)
+        self.error_report.is_recorded()
+            || self.listeners.hear(&self.error_report)
+            || self.listeners.hear(&self.diagnostics)
     }
 
     /// How the last second went.
@@ -235,15 +240,16 @@ impl<M: InParts + RosMessage> Large<M> {
         Ok(Self { publisher: ros.publisher(topic, DEPTH)?, waiting: Waiting::default() })
     }
 
-    /// Builds and publishes a message, or its first part, if somebody hears it.
+    /// Builds and publishes a message, or its first part, if somebody hears it or it is recorded.
     fn send(
         &mut self,
         listeners: &Listeners,
         complaints: &mut Complaints,
         message: impl FnOnce() -> M,
     ) {
-        if listeners.hear(&self.publisher) {
-            let first = self.waiting.take(message(), Instant::now());
+        // A bag has messages whole: parts are for the network.
+        if let Some(message) = wanted(listeners, &self.publisher, message) {
+            let first = self.waiting.take(message, Instant::now());
             first.into_iter().for_each(|part| put(&self.publisher, part, complaints));
         }
     }
@@ -254,15 +260,28 @@ impl<M: InParts + RosMessage> Large<M> {
     }
 }
 
-/// Builds and publishes a message if somebody hears it.
-fn send<M: RosMessage>(
+/// Builds a message if somebody wants it, and records it; what is to be published.
+fn wanted<M: RosMessage>(
+    listeners: &Listeners,
+    publisher: &Publisher<M>,
+    message: impl FnOnce() -> M,
+) -> Option<M> {
+    let is_heard = listeners.hear(publisher);
+    if !is_heard && !publisher.is_recorded() {
+        return None;
+    }
+    publisher.record(message(), is_heard)
+}
+
+/// Builds and publishes a message if somebody hears it, or it is recorded.
+pub(super) fn send<M: RosMessage>(
     listeners: &Listeners,
     publisher: &Publisher<M>,
     complaints: &mut Complaints,
     message: impl FnOnce() -> M,
 ) {
-    if listeners.hear(publisher) {
-        put(publisher, message(), complaints);
+    if let Some(message) = wanted(listeners, publisher, message) {
+        put(publisher, message, complaints);
     }
 }
 

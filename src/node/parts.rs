@@ -14,7 +14,7 @@ use crate::messages::{CircleStates, CircleVelocities, Contacts, Header};
 /// Largest payload of a part, bytes.
 const PART_BYTES: usize = 50_000;
 /// Between two parts: twice what rclpy needs to read one.
-const PAUSE: Duration = Duration::from_millis(6);
+pub const PAUSE: Duration = Duration::from_millis(6);
 
 /// A message that may come in parts.
 pub trait InParts: Sized {

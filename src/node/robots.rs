@@ -9,7 +9,9 @@ use std::collections::BTreeMap;
 use glam::DVec2;
 use ros2_client::ParameterValue;
 
+use super::complaints::Complaints;
 use super::dds::{DdsError, Listeners, Publisher, Ros};
+use super::outputs::send;
 use super::parameters::Parameters;
 use crate::messages::{Header, Odometry, TwistStamped};
 use crate::publish::odometry;
@@ -70,19 +72,14 @@ impl Robots {
         header: &Header,
         velocities: &[(DiscId, DVec2)],
         listeners: &Listeners,
-    ) -> Vec<(String, DdsError)> {
-        let mut failed = Vec::new();
+        complaints: &mut Complaints,
+    ) {
         for (id, velocity) in velocities {
-            let Some(robot) = self.0.get(id).filter(|robot| listeners.hear(&robot.publisher))
-            else {
-                continue;
-            };
+            let Some(robot) = self.0.get(id) else { continue };
             let Some((odom, standing)) = &robot.last else { continue };
-            let message = odometry::corrected(header, odom, standing.heading, *velocity);
-            if let Err(error) = robot.publisher.publish(message) {
-                failed.push((robot.name.clone(), error));
-            }
+            send(listeners, &robot.publisher, complaints, || {
+                odometry::corrected(header, odom, standing.heading, *velocity)
+            });
         }
-        failed
     }
 }

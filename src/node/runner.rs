@@ -16,10 +16,11 @@ use super::outputs::Outputs;
 use super::parameters::Parameters;
 use super::parameters::declared::{self, Change};
 use super::parameters::services::{self as parameter_services, Changed, ParameterEvent};
+use super::recorder::Recorder;
 use super::robots::Robots;
 use super::simulation::services::{self as simulation_services, Effect, Request};
 use super::simulation::steps::{Steps, Telling};
-use super::stage::Stage;
+use super::stage::{Source, Stage};
 use super::status::Status;
 use super::timeline::Timeline;
 use super::{NodeError, RunOptions, Stop};
@@ -60,6 +61,9 @@ pub struct Runner<'a> {
     live: Live,
     /// Messages that never reached the loop.
     dropped: u64,
+    recorder: Option<Recorder>,
+    /// That recording has failed was told.
+    is_failure_told: bool,
 }
 
 impl<'a> Runner<'a> {
@@ -98,7 +102,18 @@ impl<'a> Runner<'a> {
             status: Status::new(start),
             complaints: Complaints::new(start),
             dropped: 0,
+            recorder: None,
+            is_failure_told: false,
         })
+    }
+
+    /// Keeps a journal in the bag of a recorder.
+    pub fn record(mut self, recorder: Option<Recorder>) -> Self {
+        if recorder.is_some() {
+            self.stage.keep_journal();
+        }
+        self.recorder = recorder;
+        self
     }
 
     /// Until the end, or until it is asked to stop.
@@ -173,7 +188,7 @@ impl<'a> Runner<'a> {
         if self.arena().is_none() || due < tick || now < self.retry_at {
             return;
         }
-        let outcome = self.step(&[], tick);
+        let outcome = self.step(None, tick);
         self.arena_outcome(&outcome);
         let reached = self.arena().map_or(0.0, |arena| arena.now());
         if self.stage.time.reach(reached, self.stepped_at) {
@@ -195,8 +210,11 @@ impl<'a> Runner<'a> {
             contacts: self.status.contacts(arena),
             refused: self.complaints.refused(),
             dropped_in: self.dropped,
-            dropped_out: self.complaints.unsent_count() + self.outputs.dropped(),
+            dropped_out: self.complaints.unsent_count()
+                + self.outputs.dropped()
+                + self.recorder.as_ref().map_or(0, Recorder::dropped),
         };
+        self.watch_recorder();
         let asked = if self.stage.time.is_paused() { 0.0 } else { self.stage.time.rate() };
         let is_heard = self.outputs.reports_are_heard();
         let told = self.live.tell(is_heard, (totals, asked), &mut self.stage, now);
@@ -220,7 +238,7 @@ impl<'a> Runner<'a> {
             Input::Velocity { topic, id, received } => {
                 let Some(twist) = self.read(&topic, received) else { return };
                 match receive::wanted(&twist) {
-                    Ok(wanted) => drop(self.command(Command::Drive { id, wanted })),
+                    Ok(wanted) => drop(self.command(Command::Drive { id, wanted }, None)),
                     Err(error) => self.complaints.refuse(&topic, Cause::from(&error), &error),
                 }
             }
@@ -259,7 +277,11 @@ impl<'a> Runner<'a> {
             let what = format_args!("circle {id}: {reason}");
             self.complaints.refuse(topic, Cause::from(&reason), &what);
         }
-        self.answer(topic, &message.header, report);
+        let source = match (&self.recorder, self.ros.topic_name(topic)) {
+            (Some(_), Ok(name)) => Some(Source::Topic(name)),
+            _ => None,
+        };
+        self.answer(topic, &message.header, report, source);
     }
 
     /// A robot is a circle that its own odometry reports.
@@ -270,11 +292,11 @@ impl<'a> Runner<'a> {
             return self.complaints.refuse(topic, Cause::from(&defect), &defect);
         }
         let report = Report { discs: vec![disc], time: header.stamp.as_seconds() };
-        self.answer(topic, &header, report);
+        self.answer(topic, &header, report, Some(Source::Made(header.clone())));
     }
 
-    fn answer(&mut self, topic: &str, header: &Header, report: Report) {
-        for answer in self.command(Command::Observe(report)).answers {
+    fn answer(&mut self, topic: &str, header: &Header, report: Report, source: Option<Source>) {
+        for answer in self.command(Command::Observe(report), source).answers {
             for (id, reason) in &answer.refused {
                 let what = format_args!("circle {id}: {reason}");
                 self.complaints.refuse(topic, Cause::from(reason), &what);
@@ -291,10 +313,8 @@ impl<'a> Runner<'a> {
     }
 
     fn correct_robots(&mut self, header: &Header, velocities: &[(DiscId, DVec2)]) {
-        let failed = self.robots.correct(header, velocities, self.outputs.listeners());
-        for (name, error) in failed {
-            self.complaints.unsent(&name, &error);
-        }
+        let Self { robots, outputs, complaints, .. } = self;
+        robots.correct(header, velocities, outputs.listeners(), complaints);
     }
 
     /// Time that jumps back is that of another run: what was reported in the old one is over.
@@ -304,10 +324,10 @@ impl<'a> Runner<'a> {
         }
         let now = clock.as_seconds();
         if self.sim_time.is_some_and(|before| now < before) {
-            self.stage.world_mut().forget_observed();
+            self.stage.forget_observed();
         }
         self.sim_time = Some(now);
-        self.step(&[], 0.0);
+        self.step(None, 0.0);
     }
 
     fn serve_parameters(&mut self, request: &parameter_services::Request) {
@@ -323,6 +343,7 @@ impl<'a> Runner<'a> {
         for change in changed.iter().filter_map(|(name, value)| Change::of(name, value)) {
             self.change(change);
         }
+        self.write_journal();
         self.tell_parameters(Vec::new(), changed);
     }
 
@@ -331,12 +352,12 @@ impl<'a> Runner<'a> {
         match change {
             Change::Rate(rate) => self.stage.time.set_rate(rate, now),
             Change::PublishRate(rate) => self.stage.time.set_publish_rate(rate),
-            Change::StaleAfter(time) => self.stage.world_mut().set_stale_after(time),
-            Change::ContactMargin(margin) => self.stage.world_mut().set_contact_margin(margin),
-            Change::CommandTimeout(time) => self.stage.world_mut().set_command_timeout(time),
+            Change::StaleAfter(time) => self.stage.set_stale_after(time),
+            Change::ContactMargin(margin) => self.stage.set_contact_margin(margin),
+            Change::CommandTimeout(time) => self.stage.set_command_timeout(time),
             Change::UseSimTime(_) => {
                 // Two clocks tell nothing about each other.
-                self.stage.world_mut().forget_observed();
+                self.stage.forget_observed();
                 self.sim_time = None;
             }
         }
@@ -365,6 +386,7 @@ impl<'a> Runner<'a> {
 
     /// Topics, clocks and counts follow what was done to the stage.
     fn follow(&mut self, effect: &Effect) {
+        self.write_journal();
         self.quit |= effect.quit;
         if effect.pucks {
             let pucks = self.stage.pucks();
@@ -405,23 +427,24 @@ impl<'a> Runner<'a> {
     }
 
     /// Brings the arena to the present and gives it the command there.
-    fn command(&mut self, command: Command) -> Outcome {
+    fn command(&mut self, command: Command, source: Option<Source>) -> Outcome {
         let present = self.stage.time.due(Instant::now());
         if self.arena().is_some() {
-            let before = self.step(&[], present);
+            let before = self.step(None, present);
             self.arena_outcome(&before);
         }
-        let outcome = self.step(&[command], present);
+        let outcome = self.step(Some((command, source)), present);
         self.arena_outcome(&outcome);
         outcome
     }
 
-    fn step(&mut self, commands: &[Command], advance_to: f64) -> Outcome {
+    fn step(&mut self, command: Option<(Command, Option<Source>)>, advance_to: f64) -> Outcome {
         let begin = Instant::now();
         let heard_at = self.sim_time.unwrap_or_else(|| (begin - self.start).as_secs_f64());
-        let outcome = self.stage.world_mut().step(commands, Instants { heard_at, advance_to });
+        let outcome = self.stage.step(command, Instants { heard_at, advance_to });
         self.stepped_at = Instant::now();
         self.live.note(begin, self.stepped_at);
+        self.write_journal();
         if let Some(arena) = self.stage.world().arena() {
             let reached = arena.now();
             self.stage.time.pass(reached);
@@ -435,6 +458,21 @@ impl<'a> Runner<'a> {
             self.retry_at = Instant::now() + STALL_RETRY;
         }
         outcome
+    }
+
+    /// What was done to the world goes into the bag before what came of it.
+    fn write_journal(&mut self) {
+        if let Some(recorder) = &self.recorder {
+            self.stage.take_journal().into_iter().for_each(|entry| recorder.journal(entry));
+        }
+    }
+
+    fn watch_recorder(&mut self) {
+        let Some(why) = self.recorder.as_ref().and_then(Recorder::failure) else { return };
+        if !self.is_failure_told {
+            self.is_failure_told = true;
+            self.complaints.say("record", &format_args!("nothing is recorded any more: {why}"));
+        }
     }
 
     fn arena_outcome(&mut self, outcome: &Outcome) {

@@ -9,9 +9,13 @@ use std::time::Instant;
 use glam::DVec2;
 
 use super::timeline::Timeline;
+use crate::bag::journal::{Asked, Entry, Line};
+use crate::messages::Header;
 use crate::scene::file::is_token;
 use crate::scene::{Puck, Scene};
-use crate::world::{Command, Disc, DiscId, Instants, NotDone, Owner, Settings, World, limits};
+use crate::world::{
+    Command, Disc, DiscId, Instants, NotDone, Outcome, Owner, Settings, World, limits,
+};
 
 /// What the simulation does, as simulation_interfaces has it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,8 +69,19 @@ pub struct Stage {
     next_id: DiscId,
     world: World,
     state: State,
+    /// What was done to the world, where somebody keeps it.
+    journal: Option<Vec<Entry>>,
     /// Simulated time.
     pub time: Timeline,
+}
+
+/// Where a report comes from.
+#[derive(Clone, Debug)]
+pub enum Source {
+    /// It is the last message of the topic of this whole name.
+    Topic(String),
+    /// It was made of a message with this header.
+    Made(Header),
 }
 
 impl Stage {
@@ -75,7 +90,23 @@ impl Stage {
         let (world, pucks) = (scene.world(), scene.pucks.clone());
         let next_id = first_free_id(&pucks);
         let (spawned, state) = (HashSet::new(), State::Playing);
-        Self { scene, pucks, spawned, next_id, world, state, time }
+        Self { scene, pucks, spawned, next_id, world, state, journal: None, time }
+    }
+
+    /// Keeps a journal from now on.
+    pub fn keep_journal(&mut self) {
+        self.journal = Some(Vec::new());
+    }
+
+    /// What was done to the world since it was last asked for.
+    pub fn take_journal(&mut self) -> Vec<Entry> {
+        self.journal.as_mut().map(std::mem::take).unwrap_or_default()
+    }
+
+    fn note(&mut self, entry: impl FnOnce() -> Entry) {
+        if let Some(journal) = &mut self.journal {
+            journal.push(entry());
+        }
     }
 
     /// The scene as it was loaded.
@@ -103,9 +134,52 @@ impl Stage {
         &self.world
     }
 
-    /// The world, for settings that may change.
-    pub fn world_mut(&mut self) -> &mut World {
-        &mut self.world
+    /// Keeps account of the arena's momentum from now on.
+    pub fn keep_account(&mut self) {
+        self.world.keep_account();
+    }
+
+    /// One step of the world: what was asked, and then on.
+    pub fn step(
+        &mut self,
+        command: Option<(Command, Option<Source>)>,
+        instants: Instants,
+    ) -> Outcome {
+        if let Some(journal) = &mut self.journal {
+            let asked = command.as_ref().map(|(command, source)| match source {
+                Some(Source::Topic(topic)) => Asked::Message { topic: topic.clone() },
+                Some(Source::Made(header)) => Asked::new(command, header),
+                None => Asked::new(command, &Header::default()),
+            });
+            let heard = Some(instants.heard_at).filter(|heard| heard.is_finite());
+            journal.push(Entry::Step { to: instants.advance_to, heard, asked });
+        }
+        let commands: Vec<Command> = command.map(|(command, _)| command).into_iter().collect();
+        self.world.step(&commands, instants)
+    }
+
+    /// Observed circles not heard of for so long leave from now on, s.
+    pub fn set_stale_after(&mut self, time: f64) {
+        self.note(|| Entry::Setting { name: "stale_after_s".to_owned(), value: time });
+        self.world.set_stale_after(time);
+    }
+
+    /// Observed circles with a gap up to this count as in contact from now on, m.
+    pub fn set_contact_margin(&mut self, margin: f64) {
+        self.note(|| Entry::Setting { name: "contact_margin_m".to_owned(), value: margin });
+        self.world.set_contact_margin(margin);
+    }
+
+    /// Commands are over after so long from now on, s of simulated time.
+    pub fn set_command_timeout(&mut self, time: f64) {
+        self.note(|| Entry::Setting { name: "command_timeout_s".to_owned(), value: time });
+        self.world.set_command_timeout(time);
+    }
+
+    /// Forgets all observed circles.
+    pub fn forget_observed(&mut self) {
+        self.note(|| Entry::Forget {});
+        self.world.forget_observed();
     }
 
     /// What it does.
@@ -207,6 +281,8 @@ impl Stage {
         };
         self.scene = Scene { settings, node: self.scene.node.clone(), ..scene };
         (self.world, self.pucks) = (self.scene.world(), self.scene.pucks.clone());
+        let text = (!self.pucks.is_empty()).then(|| self.scene.text.to_string());
+        self.note(|| Entry::Scene { text });
         self.spawned.clear();
         self.next_id = first_free_id(&self.pucks);
         self.time.restart(now);
@@ -254,6 +330,7 @@ impl Stage {
             return Err(NotDone::OutsideWalls);
         }
         self.world = World::new(self.scene.settings, &[disc]);
+        self.note(|| Entry::World { pucks: vec![Line::new(&disc)] });
         Ok(())
     }
 
@@ -262,7 +339,7 @@ impl Stage {
         let reached = self.world.arena().map_or(0.0, |arena| arena.now());
         // What is heard now is not what makes circles stale.
         let instants = Instants { heard_at: f64::NEG_INFINITY, advance_to: reached };
-        let mut outcome = self.world.step(&[command], instants);
+        let mut outcome = self.step(Some((command, None)), instants);
         outcome.not_done.pop().map_or(Ok(()), |(_, why)| Err(why))
     }
 
@@ -278,6 +355,7 @@ impl Stage {
         }
         if time || self.world.arena().is_none() {
             self.world = World::new(self.scene.settings, &discs);
+            self.note(|| Entry::World { pucks: discs.iter().map(Line::new).collect() });
             self.time.restart(now);
         } else {
             let gone: Vec<DiscId> = self.pucks.iter().map(|puck| puck.disc.id).collect();

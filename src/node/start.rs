@@ -9,8 +9,8 @@ use super::names::Names;
 use super::parameters::Parameter;
 
 /// Parameters that decide which scene runs and how: asked for here, before there is a node.
-const OF_THE_RUN: [&str; 8] =
-    ["scene", "method", "step_s", "keep_all", "rate", "for_s", "error", "budget"];
+const OF_THE_RUN: [&str; 9] =
+    ["scene", "method", "step_s", "keep_all", "rate", "for_s", "error", "budget", "record"];
 
 /// Name, parameters and log of the node that is about to start.
 #[derive(Clone, Debug)]

@@ -134,7 +134,8 @@ enum RunTime {
 /// [`SceneError`] with line and column.
 pub fn parse(text: &str, file: &str) -> Result<Scene, SceneError> {
     let scene: SceneFile = serde_saphyr::from_str(text).map_err(|e| unreadable(&e, file))?;
-    Reader::new(file).read(&scene)
+    let scene = Reader::new(file).read(&scene)?;
+    Ok(Scene { text: text.into(), ..scene })
 }
 
 /// A puck without a place, such as a program adds to an arena.
@@ -242,7 +243,8 @@ impl<'a> Reader<'a> {
         let node = self.node(node)?;
         self.pucks.sort_by_key(|puck| puck.disc.id);
         let name = scene.name.clone().unwrap_or_else(|| self.file.to_owned());
-        let mut read = Scene { name, settings, pucks: std::mem::take(&mut self.pucks), node };
+        let (pucks, text) = (std::mem::take(&mut self.pucks), "".into());
+        let mut read = Scene { name, settings, pucks, node, text };
         let place = scene.method.as_ref().map(|method| method.referenced);
         read.choose(None, None).map_err(|message| self.error(place, message))?;
         Ok(read)

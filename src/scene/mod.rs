@@ -16,6 +16,7 @@ pub mod shipped;
 use std::fmt;
 use std::fs::File;
 use std::io::Read;
+use std::sync::Arc;
 
 use crate::plan::budget::Wish;
 use crate::plan::{Method, Plan};
@@ -32,6 +33,8 @@ pub struct Scene {
     pub pucks: Vec<Puck>,
     /// How the node runs it.
     pub node: NodeSettings,
+    /// The file that it was read from, word by word.
+    pub text: Arc<str>,
 }
 
 impl Scene {

@@ -89,6 +89,13 @@ fn of_the_run(scene: &Scene, name: &str, rate: f64, seconds: Option<f64>) -> Vec
     ]
 }
 
+/// Where the node records.
+pub fn of_the_bag(folder: String) -> Parameter {
+    let folder = ParameterValue::String(folder);
+    let what = "A folder into which the node records what it says and hears.";
+    Parameter::new("record", folder, what).only("empty = nothing is recorded")
+}
+
 /// What the node says, hears and forgets.
 fn of_the_node(scene: &Scene) -> Vec<Parameter> {
     let (settings, node) = (&scene.settings, &scene.node);
