@@ -10,6 +10,7 @@ use glam::DVec2;
 
 use super::{Bounds, Frame, Options};
 use crate::bag::decode;
+use crate::bag::journal::NOTE;
 use crate::bag::read::{Bag, Message, Topic};
 use crate::messages::{CircleStates, Odometry, Time};
 use crate::receive;
@@ -113,13 +114,26 @@ fn circles(bag: &Bag, wanted: Option<&str>) -> Result<usize, String> {
         ([], Some(name)) => {
             Err(format!("--topic {name}: there is none of {CIRCLES}; {}", listed(bag, CIRCLES)))
         }
-        ([], None) => Err(format!(
-            "{}: no topic of {CIRCLES}; for odometry name the robots: --robot NAME=RADIUS,MASS; {}",
-            bag.path().display(),
-            listed(bag, ODOMETRY)
-        )),
+        ([], None) => {
+            let faults = bag.faults().iter().map(|fault| format!("; {fault}"));
+            Err(format!(
+                "{}: no topic of {CIRCLES}; for odometry name the robots: --robot \
+                 NAME=RADIUS,MASS; {}{}",
+                bag.path().display(),
+                listed(bag, ODOMETRY),
+                faults.collect::<String>()
+            ))
+        }
+        (several, None) if several.iter().any(|&k| is_arena(bag, k)) => {
+            Ok(several.iter().copied().find(|&k| is_arena(bag, k)).unwrap_or(several[0]))
+        }
         _ => Err(format!("choose one with --topic: {}", listed(bag, CIRCLES))),
     }
+}
+
+/// Whether a topic is that of carom's own arena: of several it is the one with all discs.
+fn is_arena(bag: &Bag, place: usize) -> bool {
+    bag.topics()[place].name.ends_with("arena_states")
 }
 
 fn listed(bag: &Bag, kind: &str) -> String {
@@ -163,8 +177,8 @@ fn nanoseconds(time: Time) -> i64 {
 
 /// The law that the recorder noted, where nothing else was told.
 pub fn noted_law(bag: &Bag, options: &mut Options) -> Option<String> {
-    let texts = bag.notes().iter().flat_map(|(_, note)| note.iter());
-    let text = texts.filter(|(key, _)| key.contains("scene")).map(|(_, text)| text).next()?;
+    let note = bag.notes().iter().find(|(name, _)| name == NOTE).map(|(_, note)| note)?;
+    let text = note.get("scene")?;
     let settings = match scene::file::parse(text, "the scene in the bag") {
         Ok(scene) => scene.settings,
         Err(error) => return Some(format!("the scene in the bag is not taken: {error}")),
