@@ -245,14 +245,11 @@ impl<'a> Couple<'a> {
 
     /// Whether an undisturbed disc may have been met by one that met others, or nobody else.
     fn is_linked_to_quiet(&self, bound: bool) -> bool {
-        let fixed = [self.a, self.b].into_iter().any(|flight| flight.before.mass.is_infinite());
-        match self.has(Course::Tangled) {
-            true => fixed,
-            false => {
-                let apart = self.early(0.0).length() > self.reach() - self.nearness();
-                (fixed || (!bound && apart)) && (self.is_linked() || self.meets_ahead())
-            }
+        if [self.a, self.b].into_iter().any(|flight| flight.before.mass.is_infinite()) {
+            return self.has(Course::Tangled) || self.is_linked() || self.meets_ahead();
         }
+        let apart = self.early(0.0).length() > self.reach() - self.nearness();
+        !bound && apart && !self.has(Course::Tangled) && self.is_linked()
     }
 
     /// Whether the earlier velocities lead to contact in time.

@@ -13,6 +13,7 @@ use super::noise::{Noise, median};
 use super::overlaps::Overlaps;
 use super::verdict::{Court, Verdict, gain, is_vague};
 use super::{Frame, Listener, Options, alike};
+use crate::detect::impact::pair_impact;
 use crate::resolve::pair::MassFractions;
 use crate::world::{Disc, DiscId};
 
@@ -163,7 +164,8 @@ impl Run {
             let new = !self.overlaps.is_open(a.before.id, b.before.id);
             self.overlaps.see((&a.after, &b.after), depth, time);
             if new && let Some(entered) = entered(court, (i, j)) {
-                self.overlaps.enter(a.before.id, b.before.id, &entered, court.time);
+                let at = court.time + court.span.seconds_at(entered.instant, court.law.drag);
+                self.overlaps.enter(a.before.id, b.before.id, &entered, at);
             }
         }
         for crossing in &found.crossings {
@@ -393,8 +395,9 @@ fn entered(court: &Court, (i, j): (usize, usize)) -> Option<Crossing> {
         return None;
     }
     let w = b.before.velocity - a.before.velocity;
-    let normal = d.normalize_or_zero();
-    let (instant, depth) = (0.0, 0.0);
+    let meet = pair_impact(d, w, reach).filter(|time| *time <= court.span.length);
+    let (instant, depth) = (meet.unwrap_or(0.0), 0.0);
+    let normal = (d + w * instant).normalize_or_zero();
     Some(Crossing { pair: (i, j), instant, normal, approach: (-w.dot(normal)).max(0.0), depth })
 }
 

@@ -423,19 +423,41 @@ impl Court<'_> {
         let rules = Rules { until_contact: k, ..self.rules() };
         let early = self.start(group).follow(self.span.length, &rules)?;
         let instant = self.until(&early, group, k)?;
-        let late = self.backwards(group, self.span.length - instant, (a.min(b), a.max(b)))?;
+        let length = self.span.length - instant;
+        let blind = Some((a.min(b), a.max(b)));
+        let late = self
+            .backwards(group, length, 0.0, blind)
+            .filter(|late| self.meet(group, &early, late, (a, b)));
+        // The two may have met again after it: then only the last hair of time is flown freely.
+        let hair = (1e-6 * self.span.length + 4e-9).min(length);
+        let late = late.or_else(|| {
+            let late = self.backwards(group, length - hair, hair, None)?;
+            self.meet(group, &early, &late, (a, b)).then_some(late)
+        })?;
+        Some(self.singled(group, (a, b), instant, (&early, &late)))
+    }
+
+    /// Whether both ways lead to the same place, and to the same velocities but of two discs.
+    fn meet(&self, group: &[usize], early: &Sequel, late: &Sequel, pair: (usize, usize)) -> bool {
         let fastest = self.fastest(group);
-        let unsure = |sequel: &Sequel| sequel.unsure() > SURE * fastest;
-        if unsure(&early) || unsure(&late) {
-            return None;
+        if early.unsure().max(late.unsure()) > SURE * fastest {
+            return false;
         }
-        for (place, (x, y)) in early.discs.iter().zip(&late.discs).enumerate() {
-            let met = place == a || place == b;
+        early.discs.iter().zip(&late.discs).enumerate().all(|(place, (x, y))| {
+            let met = place == pair.0 || place == pair.1;
             let y = if met { Disc { velocity: x.velocity, ..*y } } else { *y };
-            if !self.is_same((x, &early.errors[place]), (&y, &late.errors[place]), fastest) {
-                return None;
-            }
-        }
+            self.is_same((x, &early.errors[place]), (&y, &late.errors[place]), fastest)
+        })
+    }
+
+    /// The contact between both ways, and the others on them.
+    fn singled(
+        &self,
+        group: &[usize],
+        (a, b): (usize, usize),
+        instant: f64,
+        (early, late): (&Sequel, &Sequel),
+    ) -> Verdict {
         let flight = |place: usize| Flight {
             before: early.discs[place],
             after: Disc { velocity: late.discs[place].velocity, ..early.discs[place] },
@@ -452,7 +474,7 @@ impl Court<'_> {
         collision.time = self.time + self.span.seconds_at(instant, self.law.drag);
         let touches = early.touches.iter().chain(&late.touches);
         let others = touches.map(|touch| self.foretold_one(touch, group));
-        Some(Verdict::Collisions(others.chain([collision]).collect()))
+        Verdict::Collisions(others.chain([collision]).collect())
     }
 
     /// When the contact comes before which the law was followed, s after the earlier sample.
@@ -462,9 +484,15 @@ impl Court<'_> {
         (early.touches.len() == k).then_some(touch.time)
     }
 
-    /// The group from the later sample backwards by `length`, but for the contacts of one pair; its
-    /// velocities forwards again.
-    fn backwards(&self, group: &[usize], length: f64, blind: (usize, usize)) -> Option<Sequel> {
+    /// The group from the later sample backwards by `length`, then by `hair` without any contact; its
+    /// velocities forwards again. Two discs may be blind for each other.
+    fn backwards(
+        &self,
+        group: &[usize],
+        length: f64,
+        hair: f64,
+        blind: Option<(usize, usize)>,
+    ) -> Option<Sequel> {
         let (pairs, walls) = (self.rules().restitution, self.rules().wall_restitution);
         if pairs <= 0.0 || walls <= 0.0 {
             return None;
@@ -478,11 +506,14 @@ impl Court<'_> {
         let rules = Rules {
             restitution: pairs.recip(),
             wall_restitution: walls.recip(),
-            blind: Some(blind),
+            blind,
             ..self.rules()
         };
         let mut late = start.follow(length, &rules)?;
-        late.discs.iter_mut().for_each(|disc| disc.velocity = -disc.velocity);
+        for disc in &mut late.discs {
+            disc.position += disc.velocity * hair;
+            disc.velocity = -disc.velocity;
+        }
         for touch in &mut late.touches {
             let factor = if touch.b.is_some() { pairs } else { walls };
             touch.time = self.span.length - touch.time;
