@@ -22,11 +22,11 @@ use recordings::Gas;
 const WALL: f64 = 1.0;
 
 /// Steps of a second, each of which is recorded.
-const RATE: f64 = 240.0;
+const RATE: f64 = 60.0;
 
 fn start() -> (Vec<Disc>, Walls) {
     // At a metre's size, as these engines like it.
-    let (arena, settings) = Gas { diameter: 1.0, ..Gas::new(100, 0.2) }.arena();
+    let (arena, settings) = Gas { diameter: 1.0, ..Gas::new(100, 0.5) }.arena();
     (arena.discs(Owner::Simulated).collect(), settings.walls.expect("walls"))
 }
 
@@ -147,7 +147,7 @@ fn the_energy_that_engines_lose_is_found() {
     for (name, record) in
         [("Rapier", rapier as fn(&[Disc], &Walls, usize) -> Vec<Frame>), ("Box2D", box2d)]
     {
-        let frames = record(&discs, &around, 2400);
+        let frames = record(&discs, &around, 600);
         let (first, last) = (energy(&frames[0]), energy(frames.last().expect("frames")));
         let findings = audited(frames, &around);
         let ledger = findings.ledger;

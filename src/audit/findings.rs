@@ -76,6 +76,11 @@ impl Kind {
         matches!(self, Self::Early | Self::Late)
     }
 
+    /// Whether it says that momentum was not kept.
+    pub fn is_of_momentum(self) -> bool {
+        matches!(self, Self::Momentum | Self::ScaledVelocities | Self::SwappedMasses)
+    }
+
     /// In one word.
     pub fn name(self) -> &'static str {
         match self {

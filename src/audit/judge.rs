@@ -39,6 +39,8 @@ pub(super) struct Encounter<'a> {
 pub(super) struct Seen {
     /// Whether the earlier velocities lead to contact in time.
     pub reached: bool,
+    /// Whether they lead to contact in twice the time.
+    pub soon: bool,
     /// When they touch, or else when the velocities changed; s after the earlier sample.
     pub instant: f64,
     /// Unit normal from a to b then.
@@ -99,7 +101,8 @@ impl Encounter<'_> {
     pub fn look(&self, tolerance: f64) -> Seen {
         let [(d, w), (d2, w2)] = self.relative();
         let (s, sigma, bend) = (self.reach(), self.sigma(), self.bend());
-        let hit = pair_impact(d, w, s).filter(|t| *t <= self.length * (1.0 + 1e-6));
+        let ahead = pair_impact(d, w, s);
+        let hit = ahead.filter(|t| *t <= self.length * (1.0 + 1e-6));
         let reached = hit.is_some() && d.length() > s;
         let gap = self.gap(bend, hit);
         let smaller = self.a.before.radius.min(self.b.before.radius);
@@ -117,6 +120,7 @@ impl Encounter<'_> {
         let change = (w2 - w).length();
         Seen {
             reached,
+            soon: ahead.is_some_and(|time| time <= 2.0 * self.length),
             instant,
             normal: n,
             w: [w, w2],
@@ -207,7 +211,9 @@ impl Encounter<'_> {
         let out_of_reach = !seen.reached && beyond(seen.gap, tolerance * smaller);
         let blur = JUDGED * self.sigma().velocity;
         let parting = seen.approach < -blur && seen.gaps[0] > -tolerance * smaller;
-        if (out_of_reach && seen.gap.0 > 0.0) || parting {
+        // What would have touched within the next interval was only answered early.
+        let never = out_of_reach && seen.gap.0 > 0.0 && !seen.soon;
+        if never || parting {
             kinds.add(Kind::Phantom);
         }
         let scale = tolerance * seen.impulse;

@@ -103,8 +103,29 @@ impl Court<'_> {
                 judged[k].1 = Verdict::Ambiguous;
             }
         }
+        for k in 0..judged.len() {
+            if matches!(judged[k].1, Verdict::Alone(_)) && self.is_beside_unlawful(&judged, k) {
+                judged[k].1 = Verdict::Ambiguous;
+            }
+        }
         judged.retain(|(group, _)| !group.is_empty());
         judged
+    }
+
+    /// Whether a disc that changed alone is beside a group that is not lawful: some engines answer
+    /// contacts before they are there.
+    fn is_beside_unlawful(&self, judged: &[(Vec<usize>, Verdict)], k: usize) -> bool {
+        let others = judged.iter().enumerate().filter(|(m, (_, verdict))| {
+            *m != k && !verdict.is_lawful() && !matches!(verdict, Verdict::Alone(_))
+        });
+        let alone = &judged[k].0;
+        others.flat_map(|(_, (group, _))| group).any(|&other| {
+            alone.iter().any(|&disc| {
+                let (a, b) = (&self.flights[disc].before, &self.flights[other].before);
+                let way = 2.0 * self.fastest(&[disc, other]) * self.span.length;
+                a.position.distance(b.position) <= a.radius + b.radius + way
+            })
+        })
     }
 
     /// Judges a group with more and more of those around it, until all is lawful; else it stays.
@@ -248,8 +269,23 @@ impl Court<'_> {
         match self.several(&[i, j]) {
             Some(lawful) if lawful.is_lawful() => lawful,
             _ if tangled && !self.walls_are_known() => Verdict::Ambiguous,
+            // A wall may have taken what is missing.
+            _ if kinds.iter().any(Kind::is_of_momentum) && self.are_at_walls(&[i, j]) => {
+                Verdict::Ambiguous
+            }
             _ => Verdict::Collisions(vec![collision()]),
         }
+    }
+
+    /// Whether one of these discs may have touched a wall.
+    fn are_at_walls(&self, group: &[usize]) -> bool {
+        let Some(walls) = &self.law.walls else { return false };
+        let reach = self.fastest(group) * self.span.length;
+        group.iter().any(|&k| {
+            let disc = &self.flights[k].before;
+            let near = 0.05 * disc.radius + reach;
+            !walls.contain(disc.position, disc.radius + near)
+        })
     }
 
     /// A collision of two discs as it was seen.
@@ -538,7 +574,8 @@ impl Court<'_> {
     /// law itself, where the foretelling is sure.
     fn conserved(&self, group: &[usize], sequel: &Sequel) -> Option<Verdict> {
         let flights = || group.iter().map(|&k| &self.flights[k]);
-        let walled = sequel.touches.iter().any(|touch| touch.b.is_none());
+        let walled =
+            sequel.touches.iter().any(|touch| touch.b.is_none()) || self.are_at_walls(group);
         let fixed = flights().any(|flight| flight.before.mass.is_infinite());
         if !self.walls_are_known() {
             return None;
