@@ -9,11 +9,11 @@ use super::decode;
 use super::qos::Qos;
 use super::read::{Bag, Topic};
 use super::write::{BagWriter, Options, Summary, WriteError};
-use crate::messages::CircleStates;
+use crate::messages::{CircleStates, Header};
 use crate::publish;
 use crate::receive;
 use crate::scene::Scene;
-use crate::world::{Command, Instants, World};
+use crate::world::{Answer, Command, Instants, Report, World};
 
 /// The type that is answered.
 const KIND: &str = "carom/msg/CircleStates";
@@ -51,18 +51,15 @@ pub struct Answered {
 /// # Errors
 /// [`OfflineError`]
 pub fn answer(bag: &Bag, scene: &Scene, folder: &Path) -> Result<Answered, OfflineError> {
+    let slashless = |name: &str| name.trim_start_matches('/').to_owned();
     let asked = |topic: &Topic| {
-        let is_named =
-            |name: &String| topic.name.trim_start_matches('/') == name.trim_start_matches('/');
+        let is_named = |name: &String| slashless(name) == slashless(&topic.name);
         topic.kind == KIND && scene.node.circle_topics.iter().any(is_named)
     };
     if !bag.topics().iter().any(asked) {
         return Err(OfflineError::Nothing(nothing(bag, scene)));
     }
-    let mut out = BagWriter::create(folder, Options::default(), Vec::new())?;
-    let qos = Qos { depth: 100, ..Qos::default() }.to_yaml();
-    let velocities = out.topic("/corrected_velocities", "carom/msg/CircleVelocities", &qos)?;
-    let contacts = out.topic("/contacts", "carom/msg/Contacts", &qos)?;
+    let mut out = Out::create(folder)?;
     let mut world = World::new(scene.settings, &[]);
     let mut done = Answered::default();
     let mut first_ns = None;
@@ -77,40 +74,60 @@ pub fn answer(bag: &Bag, scene: &Scene, folder: &Path) -> Result<Answered, Offli
         done.messages += 1;
         let time_ns = message.log_time_ns;
         let since = time_ns.saturating_sub(*first_ns.get_or_insert(time_ns));
-        let states: CircleStates = match decode::message(&message.payload) {
-            Ok(states) => states,
-            Err(error) => {
-                done.refuse(&error);
-                continue;
-            }
-        };
-        let report = match receive::report(&states) {
-            Ok((report, bad)) => {
-                bad.iter().for_each(|(id, why)| done.refuse(&format_args!("circle {id}: {why}")));
-                report
-            }
-            Err(error) => {
-                done.refuse(&error);
-                continue;
-            }
-        };
+        let Some((header, report)) = read(&message.payload, &mut done) else { continue };
         let instants = Instants { heard_at: since as f64 * 1e-9, advance_to: 0.0 };
         for answer in world.step(&[Command::Observe(report)], instants).answers {
-            if answer.contacts.is_empty() {
-                continue;
+            for (id, why) in &answer.refused {
+                done.refuse(&format_args!("circle {id}: {why}"));
             }
-            done.answers += 1;
-            done.contacts += answer.contacts.len() as u64;
-            let header = || states.header.clone();
-            let message = publish::corrected_velocities(header(), &answer.velocities);
-            let payload = decode::payload(&message).unwrap_or_default();
-            out.write(velocities, time_ns, time_ns, &payload)?;
-            let message = publish::contacts(header(), &answer.contacts);
-            out.write(contacts, time_ns, time_ns, &decode::payload(&message).unwrap_or_default())?;
+            if let Some(why) = &answer.unresolved {
+                done.refuse(why);
+            }
+            if !answer.contacts.is_empty() {
+                done.answers += 1;
+                done.contacts += answer.contacts.len() as u64;
+                out.write(time_ns, &header, &answer)?;
+            }
         }
     }
-    done.written = out.finish()?;
+    done.written = out.bag.finish()?;
     Ok(done)
+}
+
+/// The good circles of a message, and its header.
+fn read(payload: &[u8], done: &mut Answered) -> Option<(Header, Report)> {
+    let message: CircleStates =
+        decode::message(payload).inspect_err(|error| done.refuse(error)).ok()?;
+    let (report, bad) = receive::report(&message).inspect_err(|error| done.refuse(error)).ok()?;
+    bad.iter().for_each(|(id, why)| done.refuse(&format_args!("circle {id}: {why}")));
+    Some((message.header, report))
+}
+
+/// The bag of answers.
+struct Out {
+    bag: BagWriter,
+    velocities: usize,
+    contacts: usize,
+}
+
+impl Out {
+    fn create(folder: &Path) -> Result<Self, WriteError> {
+        let mut bag = BagWriter::create(folder, Options::default(), Vec::new())?;
+        let qos = Qos { depth: 100, ..Qos::default() }.to_yaml();
+        let velocities = bag.topic("/corrected_velocities", "carom/msg/CircleVelocities", &qos)?;
+        let contacts = bag.topic("/contacts", "carom/msg/Contacts", &qos)?;
+        Ok(Self { bag, velocities, contacts })
+    }
+
+    fn write(&mut self, time_ns: u64, header: &Header, answer: &Answer) -> Result<(), WriteError> {
+        let velocities = publish::corrected_velocities(header.clone(), &answer.velocities);
+        let contacts = publish::contacts(header.clone(), &answer.contacts);
+        // Messages of ours can be encoded.
+        let velocities = decode::payload(&velocities).unwrap_or_default();
+        let contacts = decode::payload(&contacts).unwrap_or_default();
+        self.bag.write(self.velocities, time_ns, time_ns, &velocities)?;
+        self.bag.write(self.contacts, time_ns, time_ns, &contacts)
+    }
 }
 
 impl Answered {

@@ -114,7 +114,7 @@ impl BagWriter {
         Ok(bag)
     }
 
-    /// One more topic; its number.
+    /// One more topic, or the one that has this name and type; its number.
     ///
     /// # Errors
     /// [`WriteError::UnknownType`], [`WriteError::Output`].
@@ -125,6 +125,10 @@ impl BagWriter {
             let (topic, kind) = (name.to_owned(), kind.to_owned());
             return Err(WriteError::UnknownType { topic, kind });
         };
+        let same = |known: &Channel| (known.name.as_str(), known.kind.as_str()) == (name, kind);
+        if let Some(known) = self.topics.iter().position(same) {
+            return Ok(known);
+        }
         let (name, kind, qos) = (name.to_owned(), kind.to_owned(), qos.trim_end().to_owned());
         let mut channel = Channel { name, kind, definition, hash, qos, id: 0, count: 0 };
         self.with_file(|file| channel.enter(file))?;

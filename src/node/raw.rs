@@ -74,7 +74,7 @@ mod tests {
         assert_eq!(little.ok().map(|(raw, _)| raw), Some(payload(LITTLE_ENDIAN)));
         assert_eq!(big.ok().map(|(raw, _)| raw), Some(payload(BIG_ENDIAN)));
         let sent = cdr_encoding::to_vec::<Raw, byteorder::LittleEndian>(&payload(LITTLE_ENDIAN));
-        assert_eq!(sent.ok(), Some(body));
+        assert_eq!(sent.ok(), Some(body.clone()));
         assert_eq!(Raw::of(payload(BIG_ENDIAN).0), None);
     }
 }

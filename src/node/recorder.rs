@@ -193,16 +193,18 @@ fn write(
 ) -> Result<Summary, WriteError> {
     let mut flushed_at = Instant::now();
     let mut is_clean = true;
+    // By the numbers that the taps have: two may be of one topic.
+    let mut topics = Vec::new();
     loop {
         match receiver.try_recv() {
             Ok(Item::Topic { name, kind, qos }) => {
-                bag.topic(&name, &kind, &qos)?;
+                topics.push(bag.topic(&name, &kind, &qos)?);
             }
             Ok(Item::Message { topic, time_ns, bytes, encode }) => {
                 let payload = encode();
                 waiting_bytes.fetch_sub(bytes, Ordering::Relaxed);
                 if let Some(payload) = payload {
-                    bag.write(topic, time_ns, time_ns, &payload)?;
+                    bag.write(topics[topic], time_ns, time_ns, &payload)?;
                 }
                 is_clean = false;
             }

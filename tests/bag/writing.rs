@@ -114,6 +114,8 @@ fn nothing_is_overwritten_and_unknown_types_are_refused() {
         BagWriter::create(&folder.join("a"), Options::default(), Vec::new()).expect("new");
     let unknown = bag.topic("/image", "sensor_msgs/msg/Image", "");
     assert!(matches!(unknown, Err(WriteError::UnknownType { .. })));
+    let twice = ["a", "b", "a"].map(|name| bag.topic(name, KIND, "").expect("known"));
+    assert_eq!(twice, [0, 1, 0]);
     assert_eq!(bag.finish().expect("room"), Summary { messages: 0, files: 1 });
     let (messages, faults) = read_all(&folder.join("a"));
     assert!(messages.is_empty() && faults.is_empty(), "{faults:?}");

@@ -13,12 +13,12 @@ from pathlib import Path
 
 from carom.msg import CircleStates, CircleVelocities, Contacts
 from geometry_msgs.msg import Twist
-from harness import (BINARY, QOS, ROOT, Carom, Circle, Client, Heard, circle_states, nanoseconds,
+from harness import (BINARY, QOS, ROOT, Carom, Circle, Client, circle_states, nanoseconds,
                      next_stamp, wait_until)
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, LivelinessPolicy, ReliabilityPolicy
-from rclpy.serialization import deserialize_message
+from rclpy.serialization import deserialize_message, serialize_message
 from rosbags.interfaces import (Qos, QosDurability, QosHistory, QosLiveliness, QosReliability,
                                 QosTime)
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
@@ -124,7 +124,7 @@ def check_with_mcap(path, recorder):
 def check_answers(path, recorder, storage, folder):
     """carom reads the recording, and answers it as the node did, bit by bit."""
     out = folder / f"answers-{storage}"
-    run = subprocess.run([BINARY, "run", "--from", path, "--out", out], capture_output=True,
+    run = subprocess.run([BINARY, "run", "teams", "--from", path, "--out", out], capture_output=True,
                          text=True, check=True)
     assert run.stdout.startswith("30 messages, 30 of them with 30 contacts, 0 refusals"), run.stdout
     kinds = {"/contacts": Contacts, "/corrected_velocities": CircleVelocities}
@@ -146,7 +146,6 @@ def ask(client, recorder):
         client.publisher.publish(message)
         stamp = nanoseconds(message.header.stamp)
         client.answer(stamp)
-        from rclpy.serialization import serialize_message
         recorder.messages.append(("/circle_states", time.time_ns(), serialize_message(message)))
 
 
@@ -155,7 +154,7 @@ def main():
     with tempfile.TemporaryDirectory() as name, Carom("teams") as carom, Client() as client:
         folder = Path(name)
         recorder = Recorder(client)
-        wait_until(recorder.open, "everything that carom publishes in the graph", each=None)
+        wait_until(recorder.open, "everything that carom publishes in the graph")
         recorder.kinds["/circle_states"] = "carom/msg/CircleStates"
         recorder.qos["/circle_states"] = recorder.qos["/contacts"]
         drive = client.node.create_publisher(Twist, "pucks/ball/cmd_vel", 10)
@@ -167,7 +166,7 @@ def main():
         wait_until(lambda: wanted <= set(recorder.count()), "a message on every topic",
                    each=lambda: drive.publish(twist))
         carom.stop()
-    # No more messages come: the recording is complete.
+        # No more messages come: the recording is complete.
         for storage in (StoragePlugin.MCAP, StoragePlugin.SQLITE3):
             path = folder / storage.name.lower()
             recorder.write(path, storage, store)
