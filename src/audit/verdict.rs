@@ -669,7 +669,8 @@ impl Around {
 
 /// Whether a collision says nothing about restitution.
 pub(super) fn is_vague(collision: &Collision) -> bool {
-    collision.sight != Sight::Foretold && !(collision.restitution.1 <= VAGUE)
+    let sigma = collision.restitution.1;
+    collision.sight != Sight::Foretold && (sigma.is_nan() || sigma > VAGUE)
 }
 
 /// Kinetic energy gained, J.
