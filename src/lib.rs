@@ -23,6 +23,7 @@
 //! | [`scene`] | YAML scenes, random pucks from a seed |
 //! | [`check`] | the reference cases: by how much they pass |
 //! | [`mod@bench`] | one measured run, whose physics is checked before its time is told |
+//! | [`audit`] | the collisions of any simulator, judged from its recording |
 //! | `report` | error against run time: CSV, plots, one HTML page (feature `report`) |
 //! | `bag` | recordings of topics, read and written (feature `bags`) |
 //! | [`exact`] | error-free arithmetic, under all of the above |
@@ -54,6 +55,8 @@ pub mod scene;
 pub mod check;
 
 pub mod bench;
+
+pub mod audit;
 
 #[cfg(feature = "report")]
 pub mod report;

@@ -42,6 +42,8 @@ enum Command {
     Explain(ExplainArguments),
     /// Measure error against run time of every method: CSV, plots, one HTML page.
     Report(ReportArguments),
+    /// Judge the collisions of any simulator from its recording; exit code 1 if one is not lawful.
+    Audit(AuditArguments),
     /// Measure one run, and check its physics before telling the time.
     #[command(subcommand)]
     Bench(BenchCommand),
@@ -196,6 +198,65 @@ struct ReportArguments {
 }
 
 #[derive(Args)]
+#[cfg_attr(
+    not(all(feature = "bags", feature = "report")),
+    allow(dead_code, reason = "this build only says that it has no audit")
+)]
+struct AuditArguments {
+    /// A recording of ROS 2: a folder, an .mcap or a .db3 file.
+    #[arg(value_name = "BAG")]
+    bag: PathBuf,
+    /// The topic of carom/msg/CircleStates, if there are several.
+    #[arg(long, value_name = "TOPIC", conflicts_with = "robot")]
+    topic: Option<String>,
+    /// A robot whose nav_msgs/Odometry is recorded on NAME/odom; once for each.
+    #[arg(long, value_name = "NAME=RADIUS,MASS")]
+    robot: Vec<String>,
+    /// Restitution of pairs [default: of the scene in the bag, or estimated].
+    #[arg(long, value_name = "E", value_parser = at_most_1)]
+    restitution: Option<f64>,
+    /// The box around, in m [default: of the scene in the bag, or where discs turn round].
+    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = numbers::<4>)]
+    #[arg(allow_hyphen_values = true)]
+    walls: Option<[f64; 4]>,
+    /// Restitution of the walls [default: that of pairs].
+    #[arg(long, value_name = "E", value_parser = at_most_1, requires = "walls")]
+    wall_restitution: Option<f64>,
+    /// There are no walls: a change of velocity without a partner is none of theirs.
+    #[arg(long, conflicts_with = "walls")]
+    no_walls: bool,
+    /// The same acceleration of all discs, m/s^2 [default: estimated].
+    #[arg(long, value_name = "X,Y", value_parser = numbers::<2>, conflicts_with = "drag")]
+    #[arg(allow_hyphen_values = true)]
+    gravity: Option<[f64; 2]>,
+    /// The same linear drag of all discs, 1/s [default: estimated].
+    #[arg(long, value_name = "C", value_parser = at_least_0)]
+    drag: Option<f64>,
+    /// Acceleration that drives may add at any time, m/s^2.
+    #[arg(long, value_name = "A", default_value = "0", value_parser = at_least_0)]
+    acceleration: f64,
+    /// Deviation of positions, m [default: measured].
+    #[arg(long, value_name = "M", value_parser = at_least_0)]
+    position_noise: Option<f64>,
+    /// Deviation of velocities, m/s [default: measured].
+    #[arg(long, value_name = "MPS", value_parser = at_least_0)]
+    velocity_noise: Option<f64>,
+    /// What is no violation though it can be seen: part of the momentum exchanged, of the
+    /// restitution, of the smaller radius; of angles in rad.
+    #[arg(long, value_name = "PART", default_value = "0.001", value_parser = at_least_0)]
+    tolerance: f64,
+    /// List collisions faster than this along the line of centres, m/s.
+    #[arg(long, value_name = "MPS", value_parser = at_least_0)]
+    crash_speed: Option<f64>,
+    /// A folder for the page, the plots and the data.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// One JSON object instead of words.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Args)]
 struct RunArguments {
     /// A scene file, or the name of a shipped scene: arena, break_shot, newtons_cradle, head_on,
     /// thousand, teams, resolver [default: arena].
@@ -266,6 +327,7 @@ fn main() -> ExitCode {
         (Command::Check(arguments), None) => check(arguments),
         (Command::Explain(arguments), None) => explain(&arguments),
         (Command::Report(arguments), None) => report(arguments),
+        (Command::Audit(arguments), None) => audit(arguments),
         (Command::Bench(BenchCommand::Gas(arguments)), None) => bench_gas(&arguments),
         (Command::Bench(BenchCommand::Peers(arguments)), None) => bench_peers(arguments),
     }
@@ -338,6 +400,46 @@ fn report(arguments: ReportArguments) -> ExitCode {
 #[cfg(not(feature = "report"))]
 fn report(_arguments: ReportArguments) -> ExitCode {
     complain(&"this build has no report in it: build it with the feature `report`", 2)
+}
+
+#[cfg(all(feature = "bags", feature = "report"))]
+fn audit(arguments: AuditArguments) -> ExitCode {
+    use carom::audit::command::{self, Wanted};
+    use carom::audit::recorded::Robot;
+    use carom::audit::{Bounds, Options};
+    let robots = arguments.robot.iter().map(|text| Robot::parse(text)).collect();
+    let robots = match robots {
+        Ok(robots) => robots,
+        Err(error) => return complain(&format!("--robot {error}"), 2),
+    };
+    let bounds = |[x0, y0, x1, y1]: [f64; 4]| Bounds {
+        min: [x0.min(x1), y0.min(y1)].into(),
+        max: [x0.max(x1), y0.max(y1)].into(),
+        restitution: arguments.wall_restitution,
+    };
+    let options = Options {
+        restitution: arguments.restitution,
+        walls: arguments.walls.map(bounds),
+        no_walls: arguments.no_walls,
+        gravity: arguments.gravity.map(Into::into),
+        drag: arguments.drag,
+        position_noise: arguments.position_noise,
+        velocity_noise: arguments.velocity_noise,
+        acceleration_max: arguments.acceleration,
+        tolerance: arguments.tolerance,
+        crash_speed: arguments.crash_speed,
+    };
+    let AuditArguments { bag, topic, out: folder, json, .. } = arguments;
+    let wanted = Wanted { bag, topic, robots, options, folder, json };
+    match command::audit(&wanted, &mut std::io::stdout().lock()) {
+        Ok(violations) => ExitCode::from(u8::from(violations > 0)),
+        Err(error) => complain(&error, if error.is_bad_use() { 2 } else { 1 }),
+    }
+}
+
+#[cfg(not(all(feature = "bags", feature = "report")))]
+fn audit(_arguments: AuditArguments) -> ExitCode {
+    complain(&"this build has no audit in it: build it with the features `bags` and `report`", 2)
 }
 
 fn bench_gas(arguments: &GasArguments) -> ExitCode {
@@ -523,6 +625,14 @@ fn at_least_1(text: &str) -> Result<f64, String> {
 
 fn at_most_1(text: &str) -> Result<f64, String> {
     number(text, |x| (0.0..=1.0).contains(&x), "a number from 0 to 1")
+}
+
+/// So many numbers with commas between them.
+fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
+    let number = |text: &str| text.trim().parse::<f64>().ok().filter(|x| x.is_finite());
+    let all: Option<Vec<f64>> = text.split(',').map(number).collect();
+    let all = all.and_then(|all| <[f64; N]>::try_from(all).ok());
+    all.ok_or_else(|| format!("must be {N} numbers with commas between them"))
 }
 
 fn fraction(text: &str) -> Result<f64, String> {

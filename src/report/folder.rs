@@ -4,8 +4,8 @@
 //! the report finds old files or new ones, never half of one. Nothing is ever deleted but our own
 //! unfinished files.
 
-use std::fs;
-use std::io;
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use super::ReportError;
@@ -43,6 +43,43 @@ pub fn write(folder: &Path, files: &[(String, String)]) -> Result<(), ReportErro
         fs::rename(unfinished(folder, name), folder.join(name)).map_err(at_fault(name))?;
     }
     Ok(())
+}
+
+/// A file that grows while others are still to be made.
+pub(crate) struct Growing {
+    whole: PathBuf,
+    unfinished: PathBuf,
+    out: BufWriter<File>,
+}
+
+impl Growing {
+    /// Begins a file of a folder.
+    ///
+    /// # Errors
+    /// [`ReportError::Output`] with the file at fault.
+    pub(crate) fn begin(folder: &Path, name: &str) -> Result<Self, ReportError> {
+        let (whole, unfinished) = (folder.join(name), unfinished(folder, name));
+        match File::create(&unfinished) {
+            Ok(file) => Ok(Self { whole, unfinished, out: BufWriter::new(file) }),
+            Err(error) => Err(ReportError::Output { path: whole.display().to_string(), error }),
+        }
+    }
+
+    /// Adds a line.
+    pub(crate) fn line(&mut self, line: &str) -> io::Result<()> {
+        self.out.write_all(line.as_bytes())?;
+        self.out.write_all(b"\n")
+    }
+
+    /// It is whole: it gets its name.
+    ///
+    /// # Errors
+    /// [`ReportError::Output`] with the file at fault.
+    pub(crate) fn finish(mut self) -> Result<(), ReportError> {
+        let done = self.out.flush().and_then(|()| fs::rename(&self.unfinished, &self.whole));
+        let path = self.whole.display().to_string();
+        done.map_err(|error| ReportError::Output { path, error })
+    }
 }
 
 fn unfinished(folder: &Path, name: &str) -> PathBuf {

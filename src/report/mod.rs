@@ -19,11 +19,11 @@ pub mod judge;
 
 pub mod page;
 
-mod folder;
+pub(crate) mod folder;
 
 mod machine;
 
-mod progress;
+pub(crate) mod progress;
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -99,7 +99,7 @@ pub fn report_on(
     folder::prepare(&options.folder)?;
     let machine = machine::describe(options);
     let (seconds, sections) = crate::bench::seconds(|| measured(&wanted, options.effort));
-    let files = draw::files(Page { machine, sections: sections? });
+    let files = draw::files(Page { machine, sections: sections?, ..Page::default() });
     folder::write(&options.folder, &files)?;
     tell(&options.folder.join(draw::INDEX), seconds, out)
         .map_err(|error| ReportError::Output { path: "standard output".to_owned(), error })

@@ -7,10 +7,37 @@
 /// The whole report.
 #[derive(Clone, Debug, Default)]
 pub struct Page {
+    /// What it says of itself.
+    pub front: Front,
     /// Where and how it was measured: name and value, as a person reads them.
     pub machine: Vec<(String, String)>,
     /// What was measured, the main plot first.
     pub sections: Vec<Section>,
+}
+
+/// What a page says of itself.
+#[derive(Clone, Debug)]
+pub struct Front {
+    /// The command that made it, and the title.
+    pub command: &'static str,
+    /// What it answers.
+    pub lead: String,
+    /// Heading of what was measured and how.
+    pub facts: &'static str,
+    /// What stands there besides.
+    pub note: &'static str,
+}
+
+impl Default for Front {
+    fn default() -> Self {
+        Self {
+            command: "carom report",
+            lead: "How wrong is each method, and what does less error cost?".to_owned(),
+            facts: "Machine",
+            note: "Run times and columns marked timed are of this machine at that moment; all \
+                   other numbers are the same bits in every report.",
+        }
+    }
 }
 
 /// One question and its answer.

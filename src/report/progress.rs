@@ -25,6 +25,11 @@ impl Bar {
         Self { watched, done: 0.0, all, figure: String::new(), share: 0.0, shown: None }
     }
 
+    /// Of one thing alone, which is not announced where nobody watches.
+    pub fn of_one(name: &str) -> Self {
+        Self { share: 1.0, figure: name.to_owned(), ..Self::new(1.0) }
+    }
+
     /// A figure begins; the one before has ended.
     pub fn begin(&mut self, number: usize, of: usize, name: &str, share: f64) {
         self.done += self.share;

@@ -34,7 +34,7 @@ fn each_drawing(files: &[(String, String)], mut look: impl FnMut(&Document)) {
 
 fn page_of(items: Vec<Item>) -> Page {
     let section = Section { name: "one", title: "One".to_owned(), text: Vec::new(), items };
-    Page { machine: Vec::new(), sections: vec![section] }
+    Page { machine: Vec::new(), sections: vec![section], ..Page::default() }
 }
 
 fn one_plot(plot: Plot) -> Vec<(String, String)> {

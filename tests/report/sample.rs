@@ -189,5 +189,6 @@ pub fn page() -> Page {
             ),
             section("cases", "Reference cases", vec![Item::Table(table(60))]),
         ],
+        ..Page::default()
     }
 }

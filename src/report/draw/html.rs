@@ -23,20 +23,20 @@ pub fn text(page: &Page) -> String {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta name="color-scheme" content="light dark";
-                title { "carom report" }
+                title { (page.front.command) }
                 style { (PreEscaped(style())) (PreEscaped(look::style())) }
             }
             body {
                 header {
-                    h1 { "carom report" }
-                    p.lead { "How wrong is each method, and what does less error cost?" }
+                    h1 { (page.front.command) }
+                    p.lead { (page.front.lead) }
                 }
                 (contents(page))
                 main {
                     (machine(page))
                     @for section in &page.sections { (of_section(section)) }
                 }
-                footer { p { "Made by " code { "carom report" } "." } }
+                footer { p { "Made by " code { (page.front.command) } "." } }
             }
         }
     };
@@ -58,13 +58,9 @@ fn contents(page: &Page) -> Markup {
 fn machine(page: &Page) -> Markup {
     html! {
         section id="machine" {
-            h2 { "Machine" }
-            p {
-                "Run times and columns marked " span.timed { "timed" }
-                " are of this machine at that moment; all other numbers are the same bits in every "
-                "report."
-            }
-            (boxed("Machine", &html! {
+            h2 { (page.front.facts) }
+            p { (note(page.front.note)) }
+            (boxed(page.front.facts, &html! {
                 table {
                     tbody {
                         @for (name, value) in &page.machine {
@@ -74,6 +70,15 @@ fn machine(page: &Page) -> Markup {
                 }
             }))
         }
+    }
+}
+
+/// The word `timed` looks as it does in headings.
+fn note(text: &str) -> Markup {
+    let parts: Vec<&str> = text.splitn(2, " timed ").collect();
+    html! {
+        (parts[0])
+        @if let Some(rest) = parts.get(1) { " " span.timed { "timed" } " " (rest) }
     }
 }
 

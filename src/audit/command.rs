@@ -1,0 +1,131 @@
+//! `carom audit BAG`: reads, judges, tells.
+//!
+//! The bag is only read. Files are written where a folder was named, and nowhere else.
+
+use std::cell::RefCell;
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+use super::recorded::{self, Robot};
+use super::{Audit, Options, page, tell};
+use crate::bag::read::Bag;
+use crate::report::ReportError;
+use crate::report::draw;
+use crate::report::folder::{self, Growing};
+use crate::report::progress::Bar;
+
+/// The file of all collisions.
+const COLLISIONS: &str = "collisions.csv";
+
+/// What is wanted.
+#[derive(Clone, Debug)]
+pub struct Wanted {
+    /// The recording.
+    pub bag: PathBuf,
+    /// The topic of circle states; `None` = the only one.
+    pub topic: Option<String>,
+    /// Robots whose odometry is read instead.
+    pub robots: Vec<Robot>,
+    /// What the audit is told.
+    pub options: Options,
+    /// Where page and data go, if anywhere.
+    pub folder: Option<PathBuf>,
+    /// One JSON object instead of words.
+    pub json: bool,
+}
+
+/// Why there is no verdict.
+#[derive(Debug, thiserror::Error)]
+pub enum AuditError {
+    /// Asked for what there is not, or a bag that cannot be read.
+    #[error("{0}")]
+    BadUse(String),
+    /// The output.
+    #[error("cannot write: {0}")]
+    Output(#[from] io::Error),
+    /// The folder.
+    #[error(transparent)]
+    Folder(ReportError),
+}
+
+impl AuditError {
+    /// Whether another command line would be right.
+    pub fn is_bad_use(&self) -> bool {
+        matches!(self, Self::BadUse(_) | Self::Folder(ReportError::BadUse(_)))
+    }
+}
+
+/// Audits a bag, and says how many violations there are.
+///
+/// # Errors
+/// [`AuditError`].
+pub fn audit(wanted: &Wanted, out: &mut impl Write) -> Result<u64, AuditError> {
+    let bag = Bag::open(&wanted.bag).map_err(|error| AuditError::BadUse(error.to_string()))?;
+    let chosen = recorded::choose(&bag, wanted.topic.as_deref(), &wanted.robots)
+        .map_err(AuditError::BadUse)?;
+    let mut options = wanted.options.clone();
+    let noted = recorded::noted_law(&bag, &mut options);
+    if let Some(folder) = &wanted.folder {
+        folder::prepare(folder).map_err(AuditError::Folder)?;
+    }
+    let lines = RefCell::new(Lines::begin(wanted)?);
+    let listener = Box::new(|collision: &super::findings::Collision| {
+        lines.borrow_mut().add(|| page::row(collision));
+    });
+    let mut audit = Audit::new(options, listener);
+    let mut bar = Bar::of_one("audit");
+    let said = recorded::read(&bag, &chosen, |frame| audit.hear(frame), |part| bar.tell(part));
+    bar.end();
+    let mut findings = audit.finish();
+    findings.said = noted.into_iter().chain(said).collect();
+    if findings.counts.samples == 0 {
+        let why = findings.said.join("; ");
+        let name = wanted.bag.display();
+        return Err(AuditError::BadUse(format!("{name}: no states could be read; {why}")));
+    }
+    lines.into_inner().finish()?;
+    let name = wanted.bag.display().to_string();
+    if let Some(folder) = &wanted.folder {
+        let files = draw::files(page::page(&findings, &name));
+        folder::write(folder, &files).map_err(AuditError::Folder)?;
+    }
+    if wanted.json {
+        tell::json(&findings, &name, out)?;
+    } else {
+        tell::words(&findings, &name, out)?;
+        if let Some(folder) = &wanted.folder {
+            writeln!(out, "\n{}", folder.join(draw::INDEX).display())?;
+        }
+    }
+    Ok(findings.violations_in_all())
+}
+
+/// The file of all collisions, if there is a folder.
+struct Lines {
+    file: Option<Growing>,
+    failed: Option<io::Error>,
+}
+
+impl Lines {
+    fn begin(wanted: &Wanted) -> Result<Self, AuditError> {
+        let begun = wanted.folder.as_ref().map(|folder| Growing::begin(folder, COLLISIONS));
+        let file = begun.transpose().map_err(AuditError::Folder)?;
+        let mut lines = Self { file, failed: None };
+        lines.add(|| page::COLLISIONS.to_owned());
+        Ok(lines)
+    }
+
+    fn add(&mut self, line: impl FnOnce() -> String) {
+        if let (Some(file), None) = (&mut self.file, &self.failed) {
+            self.failed = file.line(&line()).err();
+        }
+    }
+
+    fn finish(self) -> Result<(), AuditError> {
+        match (self.failed, self.file) {
+            (Some(error), _) => Err(AuditError::Output(error)),
+            (None, Some(file)) => file.finish().map_err(AuditError::Folder),
+            (None, None) => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,211 @@
+//! The law that a recording is held against: as told, or as its own first frames show it.
+//!
+//! What was not told is estimated: drag or gravity from what changes velocities where no contact
+//! does, restitution from the contacts of two discs alone, walls from where discs turn round. A law
+//! that two contacts or fewer would tell is unknown, and nothing is judged by it.
+
+use glam::DVec2;
+use serde::Serialize;
+
+use super::noise::median;
+use super::{Frame, Options};
+use crate::world::{Disc, Side, Walls};
+
+/// Contacts from which a restitution is estimated, at least.
+const CONTACTS_MIN: usize = 3;
+
+/// Part of the change of velocities that an estimated motion may leave unexplained.
+const UNEXPLAINED: f64 = 0.2;
+
+/// Where a number of the law comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Source {
+    /// An option, or the scene in the recording.
+    Told,
+    /// The recording itself.
+    Estimated,
+    /// Nobody.
+    Unknown,
+}
+
+/// What collisions and free motion must obey.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Law {
+    /// Restitution of pairs.
+    pub restitution: Option<f64>,
+    /// Where it comes from.
+    pub restitution_source: Source,
+    /// The box around, if one is known; a side that nobody reached is far away.
+    pub walls: Option<Walls>,
+    /// Where it comes from.
+    pub walls_source: Source,
+    /// How far an estimated wall may be off, m.
+    pub walls_sigma: f64,
+    /// The same acceleration of all discs of finite mass, m/s^2.
+    pub gravity: DVec2,
+    /// The same linear drag of all discs, 1/s.
+    pub drag: f64,
+    /// Where gravity and drag come from.
+    pub motion_source: Source,
+    /// Acceleration that drives may add at any time, m/s^2.
+    pub acceleration_max: f64,
+}
+
+impl Law {
+    /// What was told, nothing else.
+    pub(super) fn told(options: &Options) -> Self {
+        let source = |told: bool| if told { Source::Told } else { Source::Unknown };
+        let motion = options.gravity.is_some() || options.drag.is_some();
+        Self {
+            restitution: options.restitution,
+            restitution_source: source(options.restitution.is_some()),
+            walls: options.walls.map(|told| Walls {
+                min: told.min,
+                max: told.max,
+                restitution: told.restitution.or(options.restitution).unwrap_or(1.0),
+            }),
+            walls_source: source(options.walls.is_some() || options.no_walls),
+            walls_sigma: 0.0,
+            gravity: options.gravity.unwrap_or(DVec2::ZERO),
+            drag: options.drag.unwrap_or(0.0),
+            motion_source: source(motion),
+            acceleration_max: options.acceleration_max,
+        }
+    }
+
+    /// Adds gravity or drag, if that explains what velocities do between contacts.
+    pub(super) fn learn_motion(&mut self, frames: &[Frame]) {
+        if self.motion_source == Source::Told {
+            return;
+        }
+        let (mut x, mut y, mut drag, mut still) = (vec![], vec![], vec![], vec![]);
+        for_each_step(frames, |before, after, seconds| {
+            let change = after.velocity - before.velocity;
+            x.push(change.x / seconds);
+            y.push(change.y / seconds);
+            still.push(change.length() / seconds);
+            let speeds = before.velocity.length_squared() * after.velocity.length_squared();
+            if speeds > 0.0 {
+                let ratio = after.velocity.length_squared() / before.velocity.length_squared();
+                drag.push(-0.5 * ratio.ln() / seconds);
+            }
+        });
+        let gravity = DVec2::new(median(&mut x), median(&mut y));
+        let drag = median(&mut drag).max(0.0);
+        let left = lower_third(&mut still);
+        let (mut falling, mut slowing) = (vec![], vec![]);
+        for_each_step(frames, |before, after, seconds| {
+            let change = after.velocity - before.velocity;
+            falling.push((change / seconds - gravity).length());
+            let slowed = before.velocity * libm::exp(-drag * seconds);
+            slowing.push((after.velocity - slowed).length() / seconds);
+        });
+        let (falling, slowing) = (lower_third(&mut falling), lower_third(&mut slowing));
+        if falling.min(slowing) > UNEXPLAINED * left || left == 0.0 {
+            return;
+        }
+        self.motion_source = Source::Estimated;
+        if falling < slowing {
+            self.gravity = gravity;
+        } else {
+            self.drag = drag;
+        }
+    }
+
+    /// Takes over what contacts of two discs alone showed: restitutions with their deviations.
+    pub(super) fn learn_restitution(&mut self, seen: &mut [(f64, f64)]) {
+        if self.restitution_source == Source::Told || seen.len() < CONTACTS_MIN {
+            return;
+        }
+        self.restitution = Some(weighted_median(seen));
+        self.restitution_source = Source::Estimated;
+    }
+
+    /// Takes over walls where discs turned round.
+    pub(super) fn learn_walls(&mut self, turns: &[Turn]) {
+        if self.walls_source == Source::Told {
+            return;
+        }
+        let mut walls = Walls::FAR_AWAY;
+        let (mut all, mut sigma): (Vec<f64>, f64) = (Vec::new(), 0.0);
+        for side in [Side::Left, Side::Right, Side::Bottom, Side::Top] {
+            let at = turns.iter().filter(|turn| turn.side == side);
+            let mut places: Vec<f64> = at.clone().map(|turn| turn.place).collect();
+            let place = median(&mut places);
+            let tolerance = |turn: &&Turn| (turn.place - place).abs() <= turn.tolerance;
+            let near: Vec<&Turn> = at.filter(tolerance).collect();
+            if near.len() < CONTACTS_MIN || 10 * near.len() < 8 * places.len() {
+                continue;
+            }
+            let mut off: Vec<f64> = near.iter().map(|turn| (turn.place - place).abs()).collect();
+            sigma = sigma.max(1.5 * median(&mut off));
+            all.extend(near.iter().map(|turn| turn.restitution));
+            *bound(&mut walls, side) = place;
+        }
+        if !all.is_empty() {
+            walls.restitution = median(&mut all);
+            self.walls = Some(walls);
+            self.walls_sigma = sigma;
+            self.walls_source = Source::Estimated;
+        }
+    }
+}
+
+/// The coordinate of a wall.
+fn bound(walls: &mut Walls, side: Side) -> &mut f64 {
+    match side {
+        Side::Left => &mut walls.min.x,
+        Side::Right => &mut walls.max.x,
+        Side::Bottom => &mut walls.min.y,
+        Side::Top => &mut walls.max.y,
+    }
+}
+
+/// A disc that turned round alone, as at a wall.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Turn {
+    pub side: Side,
+    /// Coordinate of the wall, m.
+    pub place: f64,
+    /// How far that may be off, m.
+    pub tolerance: f64,
+    pub restitution: f64,
+}
+
+fn for_each_step(frames: &[Frame], mut look: impl FnMut(&Disc, &Disc, f64)) {
+    for pair in frames.windows(2) {
+        let [before, after] = pair else { continue };
+        let seconds = 1e-9 * (after.time_ns - before.time_ns) as f64;
+        if seconds > 0.0 {
+            super::alike(before, after)
+                .filter(|(before, _)| before.mass.is_finite())
+                .for_each(|(before, after)| look(before, after, seconds));
+        }
+    }
+}
+
+fn lower_third(values: &mut [f64]) -> f64 {
+    if values.is_empty() {
+        return 0.0;
+    }
+    *values.select_nth_unstable_by(values.len() / 3, f64::total_cmp).1
+}
+
+/// The middle of values with deviations: each counts by the inverse of its variance.
+fn weighted_median(values: &mut [(f64, f64)]) -> f64 {
+    values.sort_by(|a, b| f64::total_cmp(&a.0, &b.0));
+    let best = values.iter().map(|(_, sigma)| *sigma).fold(f64::INFINITY, f64::min);
+    // None may outvote all others.
+    let least = (10.0 * best).max(1e-9);
+    let weight = |sigma: f64| sigma.max(least).powi(-2);
+    let half = 0.5 * values.iter().map(|(_, sigma)| weight(*sigma)).sum::<f64>();
+    let mut sum = 0.0;
+    for &(value, sigma) in values.iter() {
+        sum += weight(sigma);
+        if sum >= half {
+            return value;
+        }
+    }
+    f64::NAN
+}

@@ -1,0 +1,415 @@
+//! Frames from a bag: circle states whole or in parts, or odometry of several robots.
+//!
+//! One set of parts is held at a time. Stamps are those of the headers; where all of them are 0,
+//! the times of recording. The law that the recorder noted with its scene is taken over. What
+//! cannot be read is left out and said.
+
+use std::collections::BTreeMap;
+
+use glam::DVec2;
+
+use super::{Bounds, Frame, Options};
+use crate::bag::decode;
+use crate::bag::journal::NOTE;
+use crate::bag::read::{Bag, Message, Topic};
+use crate::messages::{CircleStates, Odometry, Time};
+use crate::receive;
+use crate::scene;
+use crate::world::{Disc, DiscId};
+
+/// The type of circle states.
+const CIRCLES: &str = "carom/msg/CircleStates";
+
+/// The type of odometry.
+const ODOMETRY: &str = "nav_msgs/msg/Odometry";
+
+/// Messages looked at to see whether stamps are set.
+const LOOKED_AT: usize = 300;
+
+/// Faults that are said one by one.
+const SAID: usize = 20;
+
+/// Stamps of robots so close are the same, ns.
+const SAME_STAMP_NS: i64 = 1_000;
+
+/// A robot whose odometry is recorded.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Robot {
+    /// Its name: the topic is `<name>/odom`, or the name itself.
+    pub name: String,
+    /// Its radius, m.
+    pub radius: f64,
+    /// Its mass, kg.
+    pub mass: f64,
+}
+
+impl Robot {
+    /// Reads `NAME=RADIUS,MASS`.
+    ///
+    /// # Errors
+    /// What would be right.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let wrong = || "must be NAME=RADIUS,MASS, such as red=0.09,2.5".to_owned();
+        let (name, numbers) = text.split_once('=').ok_or_else(wrong)?;
+        let (radius, mass) = numbers.split_once(',').ok_or_else(wrong)?;
+        let number = |text: &str| text.trim().parse::<f64>().ok().filter(|x| *x > 0.0);
+        let (Some(radius), Some(mass)) = (number(radius), number(mass)) else {
+            return Err(wrong());
+        };
+        if name.is_empty() || !radius.is_finite() {
+            return Err(wrong());
+        }
+        Ok(Self { name: name.to_owned(), radius, mass })
+    }
+
+    fn topics(&self) -> [String; 2] {
+        let name = self.name.trim_start_matches('/');
+        [format!("/{name}/odom"), format!("/{name}")]
+    }
+}
+
+/// Which topics are read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chosen {
+    /// Their places in [`Bag::topics`], with the robots that they are of.
+    places: BTreeMap<usize, Option<DiscId>>,
+    robots: Vec<Robot>,
+    by_log_time: bool,
+}
+
+/// Chooses the topics: those of the robots, the one that is named, or the only one.
+///
+/// # Errors
+/// What there is, and how to choose.
+pub fn choose(bag: &Bag, topic: Option<&str>, robots: &[Robot]) -> Result<Chosen, String> {
+    let mut chosen =
+        Chosen { places: BTreeMap::new(), robots: robots.to_vec(), by_log_time: false };
+    if robots.is_empty() {
+        chosen.places.insert(circles(bag, topic)?, None);
+    }
+    for (robot, id) in robots.iter().zip(0..) {
+        let names = robot.topics();
+        let is_its = |topic: &Topic| topic.kind == ODOMETRY && names.contains(&topic.name);
+        let place = bag.topics().iter().position(is_its).ok_or_else(|| {
+            let there = listed(bag, ODOMETRY);
+            format!("--robot {}: no topic {} of {ODOMETRY}; there {there}", robot.name, names[0])
+        })?;
+        chosen.places.insert(place, Some(id));
+    }
+    chosen.by_log_time = stamps_are_zero(bag, &chosen);
+    Ok(chosen)
+}
+
+/// The topic of circle states.
+fn circles(bag: &Bag, wanted: Option<&str>) -> Result<usize, String> {
+    let of_kind = |topic: &Topic| topic.kind == CIRCLES;
+    let named = |topic: &Topic| {
+        wanted.is_none_or(|name| topic.name.trim_start_matches('/') == name.trim_start_matches('/'))
+    };
+    let all = bag.topics().iter().enumerate();
+    let fitting: Vec<usize> =
+        all.filter(|(_, topic)| of_kind(topic) && named(topic)).map(|(k, _)| k).collect();
+    match (fitting.as_slice(), wanted) {
+        ([one], _) => Ok(*one),
+        ([], Some(name)) => {
+            Err(format!("--topic {name}: there is none of {CIRCLES}; {}", listed(bag, CIRCLES)))
+        }
+        ([], None) => {
+            let faults = bag.faults().iter().map(|fault| format!("; {fault}"));
+            Err(format!(
+                "{}: no topic of {CIRCLES}; for odometry name the robots: --robot \
+                 NAME=RADIUS,MASS; {}{}",
+                bag.path().display(),
+                listed(bag, ODOMETRY),
+                faults.collect::<String>()
+            ))
+        }
+        (several, None) if several.iter().any(|&k| is_arena(bag, k)) => {
+            Ok(several.iter().copied().find(|&k| is_arena(bag, k)).unwrap_or(several[0]))
+        }
+        _ => Err(format!("choose one with --topic: {}", listed(bag, CIRCLES))),
+    }
+}
+
+/// Whether a topic is that of carom's own arena: of several it is the one with all discs.
+fn is_arena(bag: &Bag, place: usize) -> bool {
+    bag.topics()[place].name.ends_with("arena_states")
+}
+
+fn listed(bag: &Bag, kind: &str) -> String {
+    let of_kind = bag.topics().iter().filter(|topic| topic.kind == kind);
+    let names: Vec<&str> = of_kind.map(|topic| topic.name.as_str()).collect();
+    if names.is_empty() { format!("no topic is of {kind}") } else { names.join(", ") }
+}
+
+fn stamps_are_zero(bag: &Bag, chosen: &Chosen) -> bool {
+    let messages = bag.messages(|topic| {
+        let place = bag.topics().iter().position(|each| each == topic);
+        place.is_some_and(|place| chosen.places.contains_key(&place))
+    });
+    let (mut first, mut spread) = (None, false);
+    for message in messages.flatten().take(LOOKED_AT) {
+        if stamp(&message) != Some(0) {
+            return false;
+        }
+        spread |= *first.get_or_insert(message.log_time_ns) != message.log_time_ns;
+    }
+    spread
+}
+
+/// The stamp of a message that begins with a header, ns.
+fn stamp(message: &Message) -> Option<i64> {
+    let (head, body) = message.payload.split_first_chunk::<4>()?;
+    let (sec, rest) = body.split_first_chunk::<4>()?;
+    let (nanosec, _) = rest.split_first_chunk::<4>()?;
+    let little = head[1] & 1 == 1;
+    let time = if little {
+        Time { sec: i32::from_le_bytes(*sec), nanosec: u32::from_le_bytes(*nanosec) }
+    } else {
+        Time { sec: i32::from_be_bytes(*sec), nanosec: u32::from_be_bytes(*nanosec) }
+    };
+    Some(nanoseconds(time))
+}
+
+fn nanoseconds(time: Time) -> i64 {
+    i64::from(time.sec) * 1_000_000_000 + i64::from(time.nanosec)
+}
+
+/// The law that the recorder noted, where nothing else was told.
+pub fn noted_law(bag: &Bag, options: &mut Options) -> Option<String> {
+    let note = bag.notes().iter().find(|(name, _)| name == NOTE).map(|(_, note)| note)?;
+    let text = note.get("scene")?;
+    let settings = match scene::file::parse(text, "the scene in the bag") {
+        Ok(scene) => scene.settings,
+        Err(error) => return Some(format!("the scene in the bag is not taken: {error}")),
+    };
+    options.restitution = options.restitution.or(Some(settings.restitution));
+    if options.walls.is_none() && !options.no_walls {
+        options.walls = settings.walls.map(|walls| Bounds {
+            min: walls.min,
+            max: walls.max,
+            restitution: Some(walls.restitution),
+        });
+        options.no_walls = settings.walls.is_none() && settings.periodic.is_none();
+    }
+    options.gravity = options.gravity.or(Some(settings.gravity.unwrap_or(DVec2::ZERO)));
+    options.drag = options.drag.or(Some(settings.drag));
+    let periodic = settings.periodic.is_some();
+    Some(if periodic {
+        "law from the scene in the bag; contacts across the border of its periodic box are not seen"
+            .to_owned()
+    } else {
+        "law from the scene in the bag".to_owned()
+    })
+}
+
+/// Reads all frames; `tell` is told the part of the bag that is read. What was left out.
+pub fn read(
+    bag: &Bag,
+    chosen: &Chosen,
+    mut hear: impl FnMut(Frame),
+    mut tell: impl FnMut(f64),
+) -> Vec<String> {
+    let wanted = |topic: &Topic| {
+        let place = bag.topics().iter().position(|each| each == topic);
+        place.is_some_and(|place| chosen.places.contains_key(&place))
+    };
+    let mut messages = bag.messages(wanted);
+    let mut joined = Joined::new(chosen);
+    let size = bag.size().max(1) as f64;
+    let mut faults = Faults::default();
+    bag.faults().iter().for_each(|fault| faults.add(fault.to_string()));
+    while let Some(message) = messages.next() {
+        match message {
+            Ok(message) => match joined.add(&message) {
+                Ok(()) => joined.ready.drain(..).for_each(&mut hear),
+                Err(what) => {
+                    let name = &bag.topics()[message.topic].name;
+                    faults.add(format!("{name} at {} ns: {what}", message.log_time_ns));
+                }
+            },
+            Err(fault) => faults.add(fault.to_string()),
+        }
+        tell(messages.bytes_read() as f64 / size);
+    }
+    joined.end().into_iter().for_each(hear);
+    let mut said = faults.finish();
+    said.extend(joined.said());
+    said
+}
+
+/// What was wrong, the first of it in full.
+#[derive(Default)]
+struct Faults {
+    said: Vec<String>,
+    more: u64,
+}
+
+impl Faults {
+    fn add(&mut self, what: String) {
+        if self.said.len() < SAID {
+            self.said.push(what);
+        } else {
+            self.more += 1;
+        }
+    }
+
+    fn finish(mut self) -> Vec<String> {
+        if self.more > 0 {
+            self.said.push(format!("{} more messages or parts could not be read", self.more));
+        }
+        self.said
+    }
+}
+
+/// Parts to frames, robots to frames.
+struct Joined<'a> {
+    chosen: &'a Chosen,
+    ready: Vec<Frame>,
+    /// Parts of one stamp, and how many there should be.
+    parts: Frame,
+    have: Vec<bool>,
+    incomplete: u64,
+    /// The last of each robot, and whether it is newer than the last frame.
+    robots: BTreeMap<DiscId, (i64, Disc, bool)>,
+    moved: u64,
+    moved_ns: i64,
+}
+
+impl<'a> Joined<'a> {
+    fn new(chosen: &'a Chosen) -> Self {
+        Self {
+            chosen,
+            ready: Vec::new(),
+            parts: Frame::default(),
+            have: Vec::new(),
+            incomplete: 0,
+            robots: BTreeMap::new(),
+            moved: 0,
+            moved_ns: 0,
+        }
+    }
+
+    fn add(&mut self, message: &Message) -> Result<(), String> {
+        match self.chosen.places.get(&message.topic) {
+            Some(Some(robot)) => self.add_robot(*robot, message),
+            _ => self.add_circles(message),
+        }
+    }
+
+    fn time(&self, stamp: Time, message: &Message) -> i64 {
+        if self.chosen.by_log_time {
+            i64::try_from(message.log_time_ns).unwrap_or(i64::MAX)
+        } else {
+            nanoseconds(stamp)
+        }
+    }
+
+    fn add_circles(&mut self, message: &Message) -> Result<(), String> {
+        let states: CircleStates = decode::message(&message.payload).map_err(|e| e.to_string())?;
+        let time_ns = self.time(states.header.stamp, message);
+        let disc = |circle: &crate::messages::CircleState| Disc {
+            id: circle.id,
+            position: DVec2::new(circle.x, circle.y),
+            velocity: DVec2::new(circle.vx, circle.vy),
+            radius: circle.radius,
+            mass: circle.mass,
+        };
+        let discs = states.circles.iter().map(disc);
+        let (part, parts) = (states.part as usize, (states.parts as usize).max(1));
+        if parts > 100_000 || part >= parts {
+            return Err(format!("part {part} of {parts}"));
+        }
+        let goes_on = self.parts.time_ns == time_ns || self.chosen.by_log_time;
+        let fits = goes_on && self.have.len() == parts && !self.have[part];
+        if !self.have.is_empty() && !fits {
+            self.incomplete += 1;
+            let frame = std::mem::take(&mut self.parts);
+            self.have.clear();
+            self.ready.push(frame);
+        }
+        if self.have.is_empty() {
+            self.have = vec![false; parts];
+            self.parts.time_ns = time_ns;
+        }
+        self.have[part] = true;
+        self.parts.discs.extend(discs);
+        if self.have.iter().all(|have| *have) {
+            self.have.clear();
+            self.ready.push(std::mem::take(&mut self.parts));
+        }
+        Ok(())
+    }
+
+    /// A frame is ready when all robots that were heard of have said something new.
+    fn add_robot(&mut self, id: DiscId, message: &Message) -> Result<(), String> {
+        let odometry: Odometry = decode::message(&message.payload).map_err(|e| e.to_string())?;
+        let standing = receive::standing(&odometry).map_err(|defect| defect.to_string())?;
+        let time_ns = self.time(odometry.header.stamp, message);
+        let Robot { radius, mass, .. } = self.chosen.robots[id as usize];
+        let (position, velocity) = (standing.position, standing.velocity);
+        let disc = Disc { id, position, velocity, radius, mass };
+        if self.robots.get(&id).is_some_and(|(.., new)| *new) {
+            // Somebody else is silent: the frame is of those who spoke.
+            self.emit();
+        }
+        self.robots.insert(id, (time_ns, disc, true));
+        let all = self.robots.len() == self.chosen.robots.len();
+        if all && self.robots.values().all(|(.., new)| *new) {
+            self.emit();
+        }
+        Ok(())
+    }
+
+    /// The robots that spoke, moved to the latest of their stamps.
+    fn emit(&mut self) {
+        let spoke = || self.robots.values().filter(|(.., new)| *new);
+        let Some(time_ns) = spoke().map(|(time_ns, ..)| *time_ns).max() else { return };
+        let (mut moved, mut longest) = (0, 0);
+        let to = |(own_ns, disc, _): &(i64, Disc, bool)| {
+            let by = time_ns - own_ns;
+            if by <= SAME_STAMP_NS {
+                return *disc;
+            }
+            moved += 1;
+            longest = longest.max(by);
+            Disc { position: disc.position + disc.velocity * (1e-9 * by as f64), ..*disc }
+        };
+        let discs = spoke().map(to).collect();
+        self.moved += moved;
+        self.moved_ns = self.moved_ns.max(longest);
+        self.robots.values_mut().for_each(|(.., new)| *new = false);
+        self.ready.push(Frame { time_ns, discs });
+    }
+
+    fn end(&mut self) -> Vec<Frame> {
+        if !self.have.is_empty() {
+            self.incomplete += 1;
+            self.ready.push(std::mem::take(&mut self.parts));
+        }
+        self.emit();
+        std::mem::take(&mut self.ready)
+    }
+
+    fn said(&self) -> Vec<String> {
+        let mut said = Vec::new();
+        if self.chosen.by_log_time {
+            said.push("stamps are 0: times are those of recording".to_owned());
+        }
+        if self.incomplete > 0 {
+            said.push(format!("{} stamps lack parts: their discs are missing", self.incomplete));
+        }
+        if self.moved > 0 {
+            said.push(format!(
+                "{} states of robots were moved along their velocity to a common stamp, by up to \
+                 {:.3} ms",
+                self.moved,
+                1e-6 * self.moved_ns as f64
+            ));
+        }
+        for (robot, id) in self.chosen.robots.iter().zip(0..) {
+            said.push(format!("{id} is {}, {} m, {} kg", robot.name, robot.radius, robot.mass));
+        }
+        said
+    }
+}

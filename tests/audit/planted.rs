@@ -1,0 +1,218 @@
+//! One violation planted in each of many recordings: its name, time and pair must be found, and
+//! nothing else.
+
+use carom::audit::Frame;
+use carom::audit::findings::{Break, Findings, Kind};
+use carom::world::{Disc, Owner};
+use glam::DVec2;
+
+use crate::audited;
+use crate::clean::told;
+use crate::common::disc;
+use crate::recordings::{Engine, Gas, Spoil, Spoilt};
+
+/// How often a kind was planted, found by its name, found as a wrong group with the pair in it, and
+/// how many other violations there were.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Tally {
+    planted: u64,
+    named: u64,
+    grouped: u64,
+    beside: u64,
+}
+
+impl Tally {
+    fn add(&mut self, findings: &Findings, spoilt: &Spoilt, wanted: &[Kind], within: f64) {
+        let is_it = |time: f64, discs: &[u32]| {
+            spoilt.pair.iter().all(|id| discs.contains(id)) && (time - spoilt.time).abs() < within
+        };
+        let all = findings.violations.iter();
+        let its: Vec<_> = all.filter(|each| is_it(each.time_s, &each.discs)).collect();
+        let named = its.iter().any(|each| each.discs.len() == 2 && wanted.contains(&each.kind));
+        self.planted += 1;
+        self.named += u64::from(named);
+        self.grouped += u64::from(!named && !its.is_empty());
+        self.beside += findings.violations_in_all() - its.len() as u64;
+        if !named || its.len() as u64 != findings.violations_in_all() {
+            println!("{spoilt:?}: {:?}", findings.violations);
+        }
+    }
+}
+
+/// The first collision after a while that is not grazing, of discs of unlike masses, is spoilt.
+fn planted(how: Spoil, wanted: &[Kind], rate: f64) -> Tally {
+    let mut tally = Tally::default();
+    for seed in 1..=20 {
+        let (size_ratio, mass_max, restitution) = (1.5, 4.0, 0.9);
+        let gas = Gas { size_ratio, mass_max, restitution, seed, ..Gas::new(60, 0.2) };
+        let (arena, settings) = gas.arena();
+        let discs: Vec<Disc> = arena.discs(Owner::Simulated).collect();
+        let mut engine = Engine::new(discs, restitution, settings.walls);
+        let clear = |discs: &[Disc], i: usize, j: usize, now: f64| {
+            let (a, b) = (&discs[i], &discs[j]);
+            let n = (b.position - a.position).normalize();
+            let w = b.velocity - a.velocity;
+            now > 0.2 && -w.dot(n) > 0.3 * w.length() && (a.mass - b.mass).abs() > 0.3
+        };
+        let (frames, spoilt) = engine.record(rate, (0.8 * rate) as usize, Some(how), clear);
+        let spoilt = spoilt.expect("a collision");
+        let (findings, _) = audited(frames, &told(restitution, settings.walls));
+        // A late answer comes when the discs overlap, not when they meet.
+        let within = if matches!(how, Spoil::Late(_)) { 0.1 } else { 0.01 };
+        tally.add(&findings, &spoilt, wanted, within);
+    }
+    tally
+}
+
+#[test]
+fn what_is_planted_is_found_by_its_name_and_nothing_else() {
+    for (how, wanted) in [
+        (Spoil::Momentum, &[Kind::Momentum][..]),
+        (Spoil::Energy, &[Kind::Energy]),
+        (Spoil::Normal, &[Kind::Normal]),
+        (Spoil::Sticking, &[Kind::Sticking]),
+        (Spoil::SwappedMasses, &[Kind::SwappedMasses]),
+        (Spoil::Scaled, &[Kind::ScaledVelocities]),
+        (Spoil::Unseen, &[Kind::Missed, Kind::Tunnelling]),
+        (Spoil::Late(0.2), &[Kind::Late]),
+    ] {
+        for rate in [240.0, 60.0] {
+            let tally = planted(how, wanted, rate);
+            println!("{how:?} at {rate} Hz: {tally:?}");
+            assert_eq!(tally.beside, 0, "{how:?} {rate}: {tally:?}");
+            assert_eq!(tally.named + tally.grouped, tally.planted, "{how:?} {rate}: {tally:?}");
+            assert!(tally.named >= 18, "{how:?} {rate}: {tally:?}");
+        }
+    }
+}
+
+/// Two discs, from their states at each of some times.
+fn film(rate: f64, frames: usize, at: impl Fn(f64) -> [Disc; 2]) -> Vec<Frame> {
+    let sample = |k: usize| {
+        let time = k as f64 / rate;
+        Frame { time_ns: (1e9 * time).round() as i64, discs: at(time).to_vec() }
+    };
+    (0..frames).map(sample).collect()
+}
+
+fn moved(disc: Disc, time: f64) -> Disc {
+    Disc { position: disc.position + disc.velocity * time, ..disc }
+}
+
+/// The only violation, by name.
+fn only(frames: Vec<Frame>) -> (Kind, f64, Vec<u32>) {
+    let (findings, _) = audited(frames, &told(0.9, None));
+    assert_eq!(findings.violations_in_all(), 1, "{:?}", findings.violations);
+    let found = &findings.violations[0];
+    (found.kind, found.time_s, found.discs.clone())
+}
+
+#[test]
+fn small_fast_discs_that_pass_through_each_other_tunnel() {
+    let discs = [
+        disc(1, [-1.05, 0.0], [6.0, 0.0], 0.01, 1.0),
+        disc(2, [1.0, 0.005], [-6.0, 0.0], 0.01, 1.0),
+    ];
+    let frames = film(60.0, 20, |time| discs.map(|disc| moved(disc, time)));
+    let (kind, time, pair) = only(frames);
+    let meet = (2.05 - (0.02f64.powi(2) - 0.005f64.powi(2)).sqrt()) / 12.0;
+    assert_eq!((kind, pair), (Kind::Tunnelling, vec![1, 2]));
+    assert!((time - meet).abs() < 1e-9, "{time} {meet}");
+}
+
+#[test]
+fn large_slow_discs_that_pass_through_each_other_miss_their_collision() {
+    let discs =
+        [disc(1, [-0.5, 0.0], [1.0, 0.0], 0.1, 1.0), disc(2, [0.5, 0.05], [-1.0, 0.0], 0.1, 1.0)];
+    let (kind, time, pair) = only(film(60.0, 60, |time| discs.map(|disc| moved(disc, time))));
+    let meet = (1.0 - (0.2f64.powi(2) - 0.05f64.powi(2)).sqrt()) / 2.0;
+    assert_eq!((kind, pair), (Kind::Missed, vec![1, 2]));
+    assert!((time - meet).abs() < 1e-9, "{time} {meet}");
+}
+
+#[test]
+fn discs_that_exchange_momentum_out_of_reach_are_a_phantom() {
+    let discs =
+        [disc(1, [-0.5, 0.0], [1.0, 0.0], 0.1, 1.0), disc(2, [0.5, 0.05], [-1.0, 0.0], 0.1, 2.0)];
+    // At 0.2 s their centres are 0.6 m apart.
+    let at = |time: f64| {
+        let by = (time - 0.2).max(0.0) * DVec2::X;
+        let [mut a, mut b] = discs.map(|disc| moved(disc, time));
+        a.position -= 2.4 * by;
+        b.position += 1.2 * by;
+        if time >= 0.2 {
+            a.velocity.x -= 2.4;
+            b.velocity.x += 1.2;
+        }
+        [a, b]
+    };
+    let (kind, time, pair) = only(film(70.0, 40, at));
+    assert_eq!((kind, pair), (Kind::Phantom, vec![1, 2]));
+    assert!((time - 0.2).abs() < 1e-6, "{time}");
+}
+
+#[test]
+fn discs_that_overlap_from_the_start_are_named_with_depth_and_end() {
+    let discs =
+        [disc(1, [0.0, 0.0], [-0.1, 0.0], 0.1, 1.0), disc(2, [0.17, 0.0], [0.1, 0.0], 0.1, 2.0)];
+    let frames = film(100.0, 40, |time| discs.map(|disc| moved(disc, time)));
+    let (findings, _) = audited(frames, &told(0.9, None));
+    assert_eq!(findings.violations_in_all(), 1, "{:?}", findings.violations);
+    let found = &findings.violations[0];
+    assert_eq!((found.kind, &found.discs[..]), (Kind::Overlap, &[1, 2][..]));
+    // 3 cm deep at 0 s, 2.8 cm at the first sample after it, apart after 0.15 s.
+    assert!((findings.deepest_overlap - 0.28).abs() < 0.03, "{}", findings.deepest_overlap);
+    assert!(found.detail.contains("0.140000 s"), "{}", found.detail);
+}
+
+#[test]
+fn holes_leaps_and_resets_are_told_and_no_violation() {
+    let discs =
+        [disc(1, [-0.5, 0.0], [1.0, 0.0], 0.1, 1.0), disc(2, [0.5, 1.0], [-1.0, 0.0], 0.1, 2.0)];
+    let mut frames = film(100.0, 60, |time| discs.map(|disc| moved(disc, time)));
+    frames.iter_mut().skip(40).for_each(|frame| frame.discs[0].position.y += 3.0);
+    frames.drain(20..23);
+    let again = frames[..5].to_vec();
+    frames.extend(again);
+    let (findings, _) = audited(frames, &told(0.9, None));
+    assert_eq!(findings.violations_in_all(), 0, "{:?}", findings.violations);
+    let gap = Break::Gap { time_s: 0.19, missing: 3 };
+    let teleport = Break::Teleport { time_s: 0.4, disc: 1 };
+    let Break::Gap { time_s, missing } = findings.breaks[0] else { panic!("{gap:?}") };
+    assert!((time_s - 0.19).abs() < 1e-9 && missing == 3, "{:?}", findings.breaks);
+    assert_eq!(findings.breaks[1], teleport);
+    assert!(matches!(findings.breaks[2], Break::Reset { .. }), "{:?}", findings.breaks);
+    assert_eq!(findings.breaks.len(), 3);
+}
+
+#[test]
+fn collisions_in_a_hole_of_samples_are_still_judged() {
+    let (arena, settings) = Gas { restitution: 0.9, ..Gas::new(60, 0.2) }.arena();
+    let discs: Vec<Disc> = arena.discs(Owner::Simulated).collect();
+    let mut engine = Engine::new(discs, 0.9, settings.walls);
+    let (mut frames, _) = engine.record(240.0, 480, None, |_, _, _, _| false);
+    let mut place = 0;
+    frames.retain(|_| {
+        place += 1;
+        place % 7 > 2
+    });
+    let (findings, collisions) = audited(frames, &told(0.9, settings.walls));
+    assert_eq!(findings.violations_in_all(), 0, "{:?}", findings.violations);
+    assert!(findings.counts.gaps > 60 && collisions.len() > 100, "{:?}", findings.counts);
+}
+
+#[test]
+fn discs_that_come_and_go_are_judged_while_they_are_there() {
+    let (arena, settings) = Gas { restitution: 0.9, ..Gas::new(60, 0.2) }.arena();
+    let discs: Vec<Disc> = arena.discs(Owner::Simulated).collect();
+    let mut engine = Engine::new(discs, 0.9, settings.walls);
+    let (mut frames, _) = engine.record(240.0, 240, None, |_, _, _, _| false);
+    // Their order is no matter either.
+    for (k, frame) in frames.iter_mut().enumerate() {
+        frame.discs.rotate_left(k % 60);
+        frame.discs.retain(|disc| disc.id % 10 != 3 || !(100..150).contains(&k));
+    }
+    let (findings, collisions) = audited(frames, &told(0.9, settings.walls));
+    assert_eq!(findings.violations_in_all(), 0, "{:?}", findings.violations);
+    assert!(collisions.len() > 50, "{}", collisions.len());
+}
