@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 
-use super::{RosArguments, RunArguments, at_least_0, complain, seconds};
+use super::{RosArguments, RunArguments, at_least_0, complain, hertz, seconds};
 
 /// What `carom run` does with a bag instead of running a node.
 #[derive(Args)]
@@ -61,7 +61,7 @@ pub struct ReplayArguments {
     pub rate: f64,
     /// Publish the recorded time on /clock, so often in a second.
     #[arg(long, value_name = "HZ", num_args = 0..=1, default_missing_value = "40")]
-    #[arg(value_parser = seconds)]
+    #[arg(value_parser = hertz)]
     pub clock: Option<f64>,
     /// Only these topics.
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
@@ -154,14 +154,14 @@ pub fn record(arguments: RecordArguments, ros: RosArguments) -> ExitCode {
     use carom::bag::write::Options;
     use carom::node::record::{RecordOptions, record};
     let ns = |seconds: f64| (seconds * 1e9) as u64;
-    let RecordArguments { topics, all, out, compression, split_size, split_duration, max_duration } =
-        arguments;
+    let RecordArguments { topics, all, out: folder, compression, .. } = arguments;
+    let RecordArguments { split_size, split_duration, max_duration, .. } = arguments;
     let options = Options {
         packed: compression == "zstd",
         split_bytes: split_size,
         split_ns: split_duration.map(ns),
     };
-    let options = RecordOptions { topics, all, folder: out, options, seconds: max_duration };
+    let options = RecordOptions { topics, all, folder, options, seconds: max_duration };
     done(record(ros, &options))
 }
 

@@ -602,6 +602,10 @@ fn seconds(text: &str) -> Result<f64, String> {
     number(text, |x| x > 0.0, "a number of seconds above 0")
 }
 
+fn hertz(text: &str) -> Result<f64, String> {
+    number(text, |x| x > 0.0, "a rate above 0, in 1/s; say --clock last, or --clock=40")
+}
+
 /// A number, or one over another.
 fn step(text: &str) -> Result<f64, String> {
     let (above, below) = text.split_once('/').unwrap_or((text, "1"));

@@ -6,6 +6,9 @@ mod broken;
 mod common;
 #[path = "bag/reading.rs"]
 mod reading;
+#[cfg(feature = "ros")]
+#[path = "bag/recorder.rs"]
+mod recorder;
 #[path = "bag/runs.rs"]
 mod runs;
 #[path = "bag/writing.rs"]

@@ -56,8 +56,17 @@ pub fn message<M: DeserializeOwned>(payload: &[u8]) -> Result<M, BadPayload> {
 /// # Errors
 /// [`BadPayload::Type`] of a type that CDR does not have.
 pub fn payload<M: Serialize>(message: &M) -> Result<Vec<u8>, BadPayload> {
-    let mut payload = vec![CDR_LITTLE_ENDIAN[0], CDR_LITTLE_ENDIAN[1], 0, 0];
-    cdr_encoding::to_writer::<M, LittleEndian, _>(&mut payload, message)
-        .map_err(|error| BadPayload::Type(error.to_string()))?;
+    let mut payload = Vec::new();
+    payload_into(message, &mut payload)?;
     Ok(payload)
+}
+
+/// The same, behind what is there already.
+///
+/// # Errors
+/// As of [`payload`].
+pub fn payload_into<M: Serialize>(message: &M, into: &mut Vec<u8>) -> Result<(), BadPayload> {
+    into.extend_from_slice(&[CDR_LITTLE_ENDIAN[0], CDR_LITTLE_ENDIAN[1], 0, 0]);
+    cdr_encoding::to_writer::<M, LittleEndian, _>(into, message)
+        .map_err(|error| BadPayload::Type(error.to_string()))
 }

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | [`read`] | a bag as topics and messages, whatever it is stored in |
 //! | [`decode`] | payloads to messages, and back |
-//! | [`write`] | a bag that `ros2 bag` accepts |
+//! | [`mod@write`] | a bag that `ros2 bag` accepts |
 //! | [`definitions`], `standard` | what types are made of, and their hashes |
 //! | [`qos`] | the quality of service of a topic, as bags write it down |
 //! | [`offline`] | the resolver over a recording |

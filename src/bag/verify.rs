@@ -251,7 +251,7 @@ impl Run {
         let commands: Vec<Command> = command.into_iter().collect();
         let outcome = self.world.step(&commands, instants);
         self.verdict.reached = self.now();
-        self.expect(&header, &outcome);
+        self.demand(&header, &outcome);
     }
 
     fn heard_report(&self, topic: &str) -> Result<(Header, Command), String> {
@@ -262,7 +262,7 @@ impl Run {
     }
 
     /// What the run must have told after a step.
-    fn expect(&mut self, header: &Header, outcome: &Outcome) {
+    fn demand(&mut self, header: &Header, outcome: &Outcome) {
         let own = self.header();
         let mut told = Vec::new();
         if !outcome.corrections.is_empty() {

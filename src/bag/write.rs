@@ -1,8 +1,8 @@
 //! Writes a bag: a folder of MCAP files, and `metadata.yaml` when it is closed.
 //!
-//! A chunk is written whole, so that whoever is killed leaves a file that can be read up to the last
-//! one; what the recorder noted stands at the beginning of every file. The same calls give the same
-//! bytes: nothing here reads a clock.
+//! A chunk is written whole, so that whoever is killed leaves a file that can be read up to the
+//! last one; what the recorder noted stands at the beginning of every file. The same calls give the
+//! same bytes: nothing here reads a clock.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -148,12 +148,12 @@ impl Arena {
     /// The discs of one owner as they are now, in the order in which they came until one goes.
     pub fn discs(&self, owner: Owner) -> impl Iterator<Item = Disc> + use<> {
         let discs: Vec<Disc> = match self {
-            Self::Plain(method) => method.discs(owner).collect(),
-            Self::Events(method) => method.discs(owner).collect(),
-            Self::SlowedPlain(method) => method.discs(owner).collect(),
-            Self::SlowedEvents(method) => method.discs(owner).collect(),
-            Self::Ticks(method) => method.discs(owner).collect(),
-            Self::Steps(method) => method.discs(owner).collect(),
+            Self::Plain(method) => listed(method.discs(owner)),
+            Self::Events(method) => listed(method.discs(owner)),
+            Self::SlowedPlain(method) => listed(method.discs(owner)),
+            Self::SlowedEvents(method) => listed(method.discs(owner)),
+            Self::Ticks(method) => listed(method.discs(owner)),
+            Self::Steps(method) => listed(method.discs(owner)),
             Self::Springs(method) if owner == Owner::Simulated => method.discs().collect(),
             Self::Springs(_) => Vec::new(),
         };
@@ -345,4 +345,11 @@ impl Arena {
             Self::Springs(_) => {}
         }
     }
+}
+
+/// All of them, in memory that is asked for once: filters do not say how many are left.
+fn listed(discs: impl Iterator<Item = Disc>) -> Vec<Disc> {
+    let mut list = Vec::with_capacity(discs.size_hint().1.unwrap_or(0));
+    list.extend(discs);
+    list
 }

@@ -11,8 +11,8 @@
 //! | `stage`, `timeline`, `pace` | the world with its pucks by name, and which time it is there |
 //! | `parameters`, `simulation` | the standard services |
 //! | `outputs`, `parts` | all that leaves, to whoever listens |
-//! | [`record`], [`replay`], `raw` | other nodes' topics into a bag, and out of it |
-//! | `recorder` | what is said and heard, into a bag, by a thread of its own |
+//! | [`mod@record`], [`replay`], `raw` | other nodes' topics into a bag, and out of it |
+//! | [`recorder`] | what is said and heard, into a bag, by a thread of its own |
 //! | `live`, `status`, `complaints` | how it goes: a report, a line, a log |
 //!
 //! Subscriptions only hand messages over; results leave as arrays.
@@ -30,7 +30,7 @@ mod parameters;
 mod parts;
 mod raw;
 pub mod record;
-mod recorder;
+pub mod recorder;
 pub mod replay;
 mod robots;
 mod runner;

@@ -1,7 +1,8 @@
 //! The recorder: what the node says and hears goes into a bag, by a thread of its own.
 //!
 //! The loop hands messages over and never waits: it neither encodes nor writes, nor does it wake
-//! the thread, which looks every few milliseconds. What does not fit into the queue is dropped,
+//! the thread, which looks every few milliseconds. Messages that are written come back, so that
+//! their memory is freed where the next ones need it. What does not fit into the queue is dropped,
 //! counted, and noted in the bag at its place.
 
 use std::cell::{Cell, RefCell};
@@ -31,12 +32,39 @@ const LOOK_PERIOD: Duration = Duration::from_millis(5);
 /// A chunk is written at least so often: so much is lost at most when the node is killed.
 const FLUSH_PERIOD: Duration = Duration::from_millis(500);
 
-/// Makes the payload of a message; nothing of one that cannot be encoded.
-type Encode = Box<dyn FnOnce() -> Option<Vec<u8>> + Send>;
+/// A message that waits to be encoded.
+trait Content: Send {
+    /// Its payload; whether there is one.
+    fn encode(&self, into: &mut Vec<u8>) -> bool;
+}
+
+struct Encoded(Vec<u8>);
+
+impl Content for Encoded {
+    fn encode(&self, into: &mut Vec<u8>) -> bool {
+        into.extend_from_slice(&self.0);
+        true
+    }
+}
+
+struct Plain<M>(M);
+
+impl<M: Serialize + Send> Content for Plain<M> {
+    fn encode(&self, into: &mut Vec<u8>) -> bool {
+        decode::payload_into(&self.0, into).is_ok()
+    }
+}
+
+impl Content for Entry {
+    fn encode(&self, into: &mut Vec<u8>) -> bool {
+        let text = serde_json::to_string(self);
+        text.is_ok_and(|text| decode::payload_into(&text, into).is_ok())
+    }
+}
 
 enum Item {
     Topic { name: String, kind: String, qos: String },
-    Message { topic: usize, time_ns: u64, bytes: usize, encode: Encode },
+    Message { topic: usize, time_ns: u64, bytes: usize, content: Box<dyn Content> },
 }
 
 /// Hands messages to the thread that writes them. Clones write into the same bag.
@@ -46,6 +74,8 @@ pub struct Recorder(Rc<Shared>);
 struct Shared {
     /// Nothing when the bag is closed.
     sender: RefCell<Option<Sender<Item>>>,
+    /// Messages that were written.
+    written: Receiver<Box<dyn Content>>,
     waiting_bytes: Arc<AtomicUsize>,
     topics: Cell<usize>,
     journal: Cell<Option<usize>>,
@@ -65,25 +95,30 @@ pub struct Tap {
 
 impl Recorder {
     /// Makes the bag and begins to write.
+    ///
+    /// # Errors
+    /// [`WriteError`] where there can be no bag.
     pub fn open(folder: &Path, options: Options, notes: Vec<Note>) -> Result<Self, WriteError> {
         let bag = BagWriter::create(folder, options, notes)?;
         let (sender, receiver) = channel();
+        let (give_back, written) = channel();
         let (waiting_bytes, failure) = (Arc::new(AtomicUsize::new(0)), Arc::new(OnceLock::new()));
         let thread = {
             let (waiting_bytes, failure) = (waiting_bytes.clone(), failure.clone());
             std::thread::Builder::new().name("carom-record".to_owned()).spawn(move || {
-                let written = write(bag, &receiver, &waiting_bytes);
-                if let Err(error) = &written {
+                let outcome = write(bag, &receiver, &give_back, &waiting_bytes);
+                if let Err(error) = &outcome {
                     // It is set nowhere else.
                     let _ = failure.set(error.to_string());
                 }
-                written
+                outcome
             })
         };
         let thread =
             thread.map_err(|error| WriteError::Output { path: folder.to_owned(), error })?;
         Ok(Self(Rc::new(Shared {
             sender: RefCell::new(Some(sender)),
+            written,
             waiting_bytes,
             topics: Cell::new(0),
             journal: Cell::new(None),
@@ -121,11 +156,7 @@ impl Recorder {
     }
 
     fn enter(&self, topic: usize, entry: Entry) {
-        let encode = Box::new(move || {
-            let text = serde_json::to_string(&entry).ok()?;
-            decode::payload(&text).ok()
-        });
-        self.put(topic, 0, encode);
+        self.put(topic, 0, Box::new(entry));
     }
 
     /// Messages that found no room, since the start.
@@ -139,6 +170,9 @@ impl Recorder {
     }
 
     /// Closes the bag; what it then holds.
+    ///
+    /// # Errors
+    /// [`WriteError`] where it could not be written to the end.
     pub fn close(&self) -> Result<Summary, WriteError> {
         self.0.sender.borrow_mut().take();
         let thread = self.0.thread.borrow_mut().take();
@@ -146,8 +180,9 @@ impl Recorder {
         thread.and_then(|thread| thread.join().ok()).unwrap_or_else(|| Ok(Summary::default()))
     }
 
-    fn put(&self, topic: usize, content_bytes: usize, encode: Encode) {
+    fn put(&self, topic: usize, content_bytes: usize, content: Box<dyn Content>) {
         let shared = &*self.0;
+        shared.written.try_iter().for_each(drop);
         let bytes = content_bytes + MESSAGE_BYTES;
         let waiting = shared.waiting_bytes.load(Ordering::Relaxed);
         if waiting + bytes > WAITING_BYTES_MAX || shared.failure.get().is_some() {
@@ -156,7 +191,7 @@ impl Recorder {
             return;
         }
         shared.waiting_bytes.fetch_add(bytes, Ordering::Relaxed);
-        self.send(Item::Message { topic, time_ns: now_ns(), bytes, encode });
+        self.send(Item::Message { topic, time_ns: now_ns(), bytes, content });
     }
 
     fn send(&self, item: Item) {
@@ -170,13 +205,12 @@ impl Recorder {
 impl Tap {
     /// Records a message of about so many bytes.
     pub fn record<M: Serialize + Send + 'static>(&self, content_bytes: usize, message: M) {
-        let encode = Box::new(move || decode::payload(&message).ok());
-        self.recorder.put(self.topic, content_bytes, encode);
+        self.recorder.put(self.topic, content_bytes, Box::new(Plain(message)));
     }
 
     /// Records a payload that is encoded already.
     pub fn record_payload(&self, payload: Vec<u8>) {
-        self.recorder.put(self.topic, payload.len(), Box::new(move || Some(payload)));
+        self.recorder.put(self.topic, payload.len(), Box::new(Encoded(payload)));
     }
 }
 
@@ -189,21 +223,26 @@ fn now_ns() -> u64 {
 fn write(
     mut bag: BagWriter,
     receiver: &Receiver<Item>,
+    give_back: &Sender<Box<dyn Content>>,
     waiting_bytes: &AtomicUsize,
 ) -> Result<Summary, WriteError> {
     let mut flushed_at = Instant::now();
     let mut is_clean = true;
     // By the numbers that the taps have: two may be of one topic.
     let mut topics = Vec::new();
+    let mut payload = Vec::new();
     loop {
         match receiver.try_recv() {
             Ok(Item::Topic { name, kind, qos }) => {
                 topics.push(bag.topic(&name, &kind, &qos)?);
             }
-            Ok(Item::Message { topic, time_ns, bytes, encode }) => {
-                let payload = encode();
+            Ok(Item::Message { topic, time_ns, bytes, content }) => {
+                payload.clear();
+                let is_encoded = content.encode(&mut payload);
+                // The loop may have ended.
+                let _ = give_back.send(content);
                 waiting_bytes.fetch_sub(bytes, Ordering::Relaxed);
-                if let Some(payload) = payload {
+                if is_encoded {
                     bag.write(topics[topic], time_ns, time_ns, &payload)?;
                 }
                 is_clean = false;

@@ -64,6 +64,8 @@ pub struct Runner<'a> {
     recorder: Option<Recorder>,
     /// That recording has failed was told.
     is_failure_told: bool,
+    /// Messages that found no room in the bag's queue, as far as that was told.
+    unrecorded_told: u64,
 }
 
 impl<'a> Runner<'a> {
@@ -104,6 +106,7 @@ impl<'a> Runner<'a> {
             dropped: 0,
             recorder: None,
             is_failure_told: false,
+            unrecorded_told: 0,
         })
     }
 
@@ -468,11 +471,17 @@ impl<'a> Runner<'a> {
     }
 
     fn watch_recorder(&mut self) {
-        let Some(why) = self.recorder.as_ref().and_then(Recorder::failure) else { return };
-        if !self.is_failure_told {
+        let Some(recorder) = &self.recorder else { return };
+        let dropped = recorder.dropped();
+        if let (Some(why), false) = (recorder.failure(), self.is_failure_told) {
             self.is_failure_told = true;
             self.complaints.say("record", &format_args!("nothing is recorded any more: {why}"));
+        } else if dropped > self.unrecorded_told && !self.is_failure_told {
+            let more = dropped - self.unrecorded_told;
+            let what = "messages were not recorded: the run is quicker than the disk";
+            self.complaints.say("record", &format_args!("{more} {what}"));
         }
+        self.unrecorded_told = dropped;
     }
 
     fn arena_outcome(&mut self, outcome: &Outcome) {
