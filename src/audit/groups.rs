@@ -109,10 +109,13 @@ fn near_pairs(flights: &[Flight], span: &Span, fastest: f64) -> Result<Vec<Pair>
         if *course == Course::Jumped {
             return *after;
         }
+        let own = before.velocity.length().max(after.velocity.length());
         let speed = match course {
             // Between two contacts it may have been faster than before and after.
             Course::Tangled => fastest,
-            _ => before.velocity.length().max(after.velocity.length()),
+            // Some engines answer a contact that would come later.
+            Course::Bent(_) => 2.0 * own,
+            _ => own,
         };
         let slack = JUDGED * sigma.position + NEAR * before.radius;
         let radius = before.radius + 0.5 * speed * span.length + slack;
@@ -240,7 +243,19 @@ impl<'a> Couple<'a> {
         let free = |flight: &Flight, bound: bool| flight.course == Course::Tangled || !bound;
         free(self.a, bound[0])
             && free(self.b, bound[1])
-            && (self.has(Course::Tangled) || (self.is_at_once() && self.meets_ahead()))
+            && (self.has(Course::Tangled)
+                || (self.is_at_once() && (self.meets_ahead() || self.is_balanced())))
+    }
+
+    /// Whether one gained the momentum that the other lost, while they approached.
+    fn is_balanced(&self) -> bool {
+        let (a, b) = (self.a, self.b);
+        let (ma, mb) = (a.before.mass, b.before.mass);
+        let gained = (ma * a.change + mb * b.change).length();
+        let moved = ma * a.change.length() + mb * b.change.length();
+        let sigma = ma * a.sigma.of_change() + mb * b.sigma.of_change();
+        let w = b.before.velocity - a.before.velocity;
+        gained <= JUDGED * sigma + 1e-5 * moved && self.early(0.0).dot(w) < 0.0
     }
 
     /// Whether an undisturbed disc may have been met by one that met others, or nobody else.

@@ -176,6 +176,36 @@ fn over_time(findings: &Findings) -> Plot {
     }
 }
 
+/// A number of a collision and its deviation.
+type Number = fn(&Collision) -> (f64, f64);
+
+/// What is drawn of collisions of two discs alone: name, title, ordinate, number.
+fn drawn() -> [(&'static str, &'static str, Axis, Number); 4] {
+    [
+        ("audit_restitution", "Implied restitution", axis("restitution", "1", false), |each| {
+            each.restitution
+        }),
+        (
+            "audit_angle",
+            "From the line of centres to the impulse",
+            axis("angle", "rad", false),
+            |each| each.angle,
+        ),
+        (
+            "audit_momentum",
+            "Momentum gained, of what was exchanged",
+            axis("momentum gained", "1", true),
+            |each| (each.momentum.max(1e-17), 0.0),
+        ),
+        (
+            "audit_gap",
+            "Distance of the surfaces when the velocities changed",
+            axis("gap", "m", false),
+            |each| (each.gap, 0.0),
+        ),
+    ]
+}
+
 /// Collisions of two discs alone.
 fn collisions(findings: &Findings) -> Option<Section> {
     let measured = |each: &&Collision| each.restitution.1.is_finite() && each.approach > 0.0;
@@ -187,72 +217,32 @@ fn collisions(findings: &Findings) -> Option<Section> {
         "Collisions of two discs alone; one of {} is drawn. Bars are a deviation to both sides.",
         findings.plotted.every()
     );
-    let marks = |label: &str, points: Vec<Point>| Series {
-        label: label.to_owned(),
-        kind: Shape::Marks,
-        points,
-    };
-    let lawful = |wanted: bool, value: &dyn Fn(&Collision) -> (f64, f64, f64)| -> Vec<Point> {
-        let which = all.iter().filter(|each| each.kinds.is_empty() == wanted);
-        let point = |each: &&Collision| {
-            let (x, y, sigma) = value(each);
-            let note = format!("{:.6} s", each.time);
-            Point { x, y, spread: (sigma > 0.0).then_some((y - sigma, y + sigma)), note }
-        };
-        which.map(point).collect()
-    };
-    let plot = |name: &str,
-                title: &str,
-                x: Axis,
-                y: Axis,
-                value: &dyn Fn(&Collision) -> (f64, f64, f64)| {
-        let mut series =
-            vec![marks("lawful", lawful(true, value)), marks("not", lawful(false, value))];
-        series.retain(|series| !series.points.is_empty());
+    let mut plots = drawn().map(|(name, title, y, value)| {
+        let mut series = [(true, "lawful"), (false, "not")].map(|(lawful, label)| {
+            let which = all.iter().filter(|each| each.kinds.is_empty() == lawful);
+            let points = which.map(|each| point(each, value)).collect();
+            Series { label: label.to_owned(), kind: Shape::Marks, points }
+        });
+        series.reverse();
+        let series = series.into_iter().filter(|series| !series.points.is_empty()).collect();
         let [name, title] = [name, title].map(str::to_owned);
+        let x = axis("speed of approach", "m/s", true);
         Plot { name, title, caption: caption.clone(), x, y, series }
-    };
-    let speed = || axis("speed of approach", "m/s", true);
-    let mut restitution = plot(
-        "audit_restitution",
-        "Implied restitution",
-        speed(),
-        axis("restitution", "1", false),
-        &|each| (each.approach, each.restitution.0, each.restitution.1.min(1.0)),
-    );
-    restitution.series.extend(findings.law.restitution.map(|law| guide(&all, law)));
-    let angle = plot(
-        "audit_angle",
-        "From the line of centres to the impulse",
-        speed(),
-        axis("angle", "rad", false),
-        &|each| (each.approach, each.angle.0, each.angle.1.min(1.0)),
-    );
-    let momentum = plot(
-        "audit_momentum",
-        "Momentum gained, of what was exchanged",
-        speed(),
-        axis("momentum gained", "1", true),
-        &|each| (each.approach, each.momentum.max(1e-17), 0.0),
-    );
-    let gap = plot(
-        "audit_gap",
-        "Distance of the surfaces when the velocities changed",
-        speed(),
-        axis("gap", "m", false),
-        &|each| (each.approach, each.gap, 0.0),
-    );
-    Some(Section {
-        name: "collisions",
-        title: "Collisions of two discs".to_owned(),
-        text: vec![
-            "Of two discs that met nobody else between two samples everything is measured: when \
-             and where they had to meet, when the velocities changed, and how. All collisions are \
-             in the file `collisions.csv` beside this page."
-                .to_owned(),
-        ],
-        items: [restitution, angle, momentum, gap].map(Item::Plot).to_vec(),
-    })
+    });
+    plots[0].series.extend(findings.law.restitution.map(|law| guide(&all, law)));
+    let text = "Of two discs that met nobody else between two samples everything is measured: \
+                when and where they had to meet, when the velocities changed, and how. All \
+                collisions are in the file `collisions.csv` beside this page.";
+    let (title, text) = ("Collisions of two discs".to_owned(), vec![text.to_owned()]);
+    let items = plots.map(Item::Plot).to_vec();
+    Some(Section { name: "collisions", title, text, items })
+}
+
+fn point(collision: &Collision, value: Number) -> Point {
+    let (y, sigma) = value(collision);
+    let sigma = sigma.min(1.0);
+    let spread = (sigma > 0.0).then_some((y - sigma, y + sigma));
+    Point { x: collision.approach, y, spread, note: format!("{:.6} s", collision.time) }
 }
 
 /// The law, over all speeds.

@@ -349,8 +349,15 @@ impl Run {
                 self.add_pair(&court.collision((a, b), &seen, kinds, wrong, sight), listener);
             }
         }
-        for k in free {
+        for &k in &free {
             let flight = &court.flights[k];
+            if has_neighbour(court, &free, k) {
+                // Some engines answer contacts of several discs before they are there.
+                self.findings.ledger.clusters_j += gain(flight);
+                self.findings.ledger.clusters_law_j += gain(flight);
+                self.findings.counts.ambiguous += 1;
+                continue;
+            }
             let instant = if let Course::Bent(instant) = flight.course { instant } else { 0.0 };
             let at = flight.before.position + flight.before.velocity * instant;
             self.findings.ledger.unexplained_j += gain(flight);
@@ -362,6 +369,19 @@ impl Run {
             });
         }
     }
+}
+
+/// Whether another of these discs may have met this one within twice the time.
+fn has_neighbour(court: &Court, free: &[usize], k: usize) -> bool {
+    let a = &court.flights[k];
+    free.iter().filter(|&&other| other != k).any(|&other| {
+        let b = &court.flights[other];
+        let speed =
+            |flight: &Flight| flight.before.velocity.length().max(flight.after.velocity.length());
+        let way = 2.0 * (speed(a) + speed(b)) * court.span.length;
+        let reach = a.before.radius + b.before.radius;
+        a.before.position.distance(b.before.position) <= reach + way
+    })
 }
 
 /// The whole of a collision that took several samples.

@@ -270,22 +270,30 @@ impl Court<'_> {
             Some(lawful) if lawful.is_lawful() => lawful,
             _ if tangled && !self.walls_are_known() => Verdict::Ambiguous,
             // A wall may have taken what is missing.
-            _ if kinds.iter().any(Kind::is_of_momentum) && self.are_at_walls(&[i, j]) => {
+            _ if kinds.iter().any(Kind::is_of_momentum) && self.walls_may_have_given(&[i, j]) => {
                 Verdict::Ambiguous
             }
             _ => Verdict::Collisions(vec![collision()]),
         }
     }
 
-    /// Whether one of these discs may have touched a wall.
-    fn are_at_walls(&self, group: &[usize]) -> bool {
+    /// Whether walls that these discs may have touched can have given all the momentum that came
+    /// in: each only inwards along its normal.
+    fn walls_may_have_given(&self, group: &[usize]) -> bool {
         let Some(walls) = &self.law.walls else { return false };
+        let flights = || group.iter().map(|&k| &self.flights[k]);
         let reach = self.fastest(group) * self.span.length;
-        group.iter().any(|&k| {
-            let disc = &self.flights[k].before;
-            let near = 0.05 * disc.radius + reach;
-            !walls.contain(disc.position, disc.radius + near)
-        })
+        let mut left: DVec2 = flights().map(|f| f.before.mass * f.change).sum();
+        for side in [Side::Left, Side::Right, Side::Bottom, Side::Top] {
+            let near = |f: &Flight| walls.gap(side, &f.before) <= 0.05 * f.before.radius + reach;
+            let given = left.dot(-side.normal());
+            if flights().any(near) && given > 0.0 {
+                left += given * side.normal();
+            }
+        }
+        let sigma: f64 = flights().map(|f| f.before.mass * f.sigma.of_change()).sum();
+        let moved: f64 = flights().map(|f| f.before.mass * f.change.length()).sum();
+        left.length() <= JUDGED * sigma + self.tolerance * moved
     }
 
     /// A collision of two discs as it was seen.
@@ -574,8 +582,8 @@ impl Court<'_> {
     /// law itself, where the foretelling is sure.
     fn conserved(&self, group: &[usize], sequel: &Sequel) -> Option<Verdict> {
         let flights = || group.iter().map(|&k| &self.flights[k]);
-        let walled =
-            sequel.touches.iter().any(|touch| touch.b.is_none()) || self.are_at_walls(group);
+        let walled = sequel.touches.iter().any(|touch| touch.b.is_none())
+            || self.walls_may_have_given(group);
         let fixed = flights().any(|flight| flight.before.mass.is_infinite());
         if !self.walls_are_known() {
             return None;
