@@ -192,12 +192,10 @@ impl Outputs {
         self.listeners.update();
     }
 
-    /// Whether somebody wants reports.
+    /// Whether somebody hears reports.
     pub fn reports_are_heard(&mut self) -> bool {
         self.listeners.update();
-        self.error_report.is_recorded()
-            || self.listeners.hear(&self.error_report)
-            || self.listeners.hear(&self.diagnostics)
+        self.listeners.hear(&self.error_report) || self.listeners.hear(&self.diagnostics)
     }
 
     /// How the last second went.

@@ -219,8 +219,8 @@ impl<'a> Runner<'a> {
         };
         self.watch_recorder();
         let asked = if self.stage.time.is_paused() { 0.0 } else { self.stage.time.rate() };
-        let is_heard = self.outputs.reports_are_heard();
-        let told = self.live.tell(is_heard, (totals, asked), &mut self.stage, now);
+        let wanted = (self.outputs.reports_are_heard(), self.recorder.is_some());
+        let told = self.live.tell(wanted, (totals, asked), &mut self.stage, now);
         told.iter().for_each(|told| self.outputs.report(told, &mut self.complaints));
     }
 
