@@ -16,8 +16,9 @@ const ROWS: usize = 500;
 const BINS: usize = 60;
 
 /// Header of the file of all collisions.
-pub const COLLISIONS: &str = "time_s,a,b,x_m,y_m,normal_x,normal_y,approach_mps,gap_m,momentum_off,\
-energy_j,energy_law_j,restitution,restitution_sigma,angle_rad,angle_sigma,wrong,window_s,sight,kinds";
+pub const COLLISIONS: &str = "time_s,a,b,x_m,y_m,normal_x,normal_y,approach_mps,gap_m,\
+    momentum_off,energy_j,energy_law_j,restitution,restitution_sigma,angle_rad,angle_sigma,wrong,\
+    window_s,sight,kinds";
 
 /// A collision as a line of that file; what was not measured is empty.
 pub fn row(collision: &Collision) -> String {

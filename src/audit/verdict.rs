@@ -528,8 +528,8 @@ impl Court<'_> {
         (early.touches.len() == k).then_some(touch.time)
     }
 
-    /// The group from the later sample backwards by `length`, then by `hair` without any contact; its
-    /// velocities forwards again. Two discs may be blind for each other.
+    /// The group from the later sample backwards by `length`, then by `hair` without any contact;
+    /// its velocities forwards again. Two discs may be blind for each other.
     fn backwards(
         &self,
         group: &[usize],

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::messages::Header;
 use crate::scene::Scene;
-use crate::world::{Command, Disc, DiscId, Report, Wanted};
+use crate::world::{Command, Disc, DiscId, Drive, Model, Report, Wanted};
 
 /// The last name of the topic; it is private to the node.
 pub const TOPIC: &str = "~/journal";
@@ -36,6 +36,13 @@ pub enum Entry {
     World {
         /// The pucks.
         pucks: Vec<Line>,
+    },
+    /// A puck of it has a drive.
+    Driven {
+        /// The puck.
+        id: DiscId,
+        /// How it moves.
+        drive: DriveLine,
     },
     /// A world of another scene instead; of none, where there is no text.
     Scene {
@@ -138,6 +145,28 @@ impl Line {
         let Self(id, x, y, vx, vy, radius, mass) = self;
         let mass = mass.unwrap_or(f64::INFINITY);
         Disc { id, position: DVec2::new(x, y), velocity: DVec2::new(vx, vy), radius, mass }
+    }
+}
+
+/// A drive, its four limits (nothing = none) and its first heading (rad).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DriveLine(Model, [Option<f64>; 4], f64);
+
+impl DriveLine {
+    /// Of a drive.
+    pub fn new(drive: &Drive) -> Self {
+        let Drive { speed_max, acceleration_max, turn_max, turn_acceleration_max, .. } = *drive;
+        let limits = [speed_max, acceleration_max, turn_max, turn_acceleration_max];
+        let limits = limits.map(|limit| limit.is_finite().then_some(limit));
+        Self(drive.model, limits, drive.heading)
+    }
+
+    /// The drive.
+    pub fn drive(self) -> Drive {
+        let Self(model, limits, heading) = self;
+        let limits = limits.map(|limit| limit.unwrap_or(f64::INFINITY));
+        let [speed_max, acceleration_max, turn_max, turn_acceleration_max] = limits;
+        Drive { model, speed_max, acceleration_max, turn_max, turn_acceleration_max, heading }
     }
 }
 

@@ -209,6 +209,7 @@ impl Run {
                 let discs: Vec<Disc> = pucks.into_iter().map(|puck| puck.disc()).collect();
                 self.world = World::new(self.settings, &discs);
             }
+            Entry::Driven { id, drive } => self.world.drive(id, drive.drive()),
             Entry::Scene { text: None } => self.world = World::new(self.settings, &[]),
             Entry::Scene { text: Some(text) } => match file::parse(&text, "a scene in the bag") {
                 Ok(scene) => {

@@ -21,6 +21,8 @@ pub struct Live {
     interval: Interval,
     /// When it began.
     since: Option<Instant>,
+    /// Whether the account of momentum is kept in it: for listeners, not for a bag alone.
+    accounted: bool,
     /// When to look who listens.
     due: Instant,
     facts: Facts,
@@ -30,7 +32,8 @@ impl Live {
     /// Nobody listens yet.
     pub fn new(scene: &Scene, now: Instant) -> Self {
         let facts = Facts { frame_id: scene.node.frame_id.clone(), ..Facts::default() };
-        Self { interval: Interval::default(), since: None, due: now + PERIOD, facts }
+        let interval = Interval::default();
+        Self { interval, since: None, accounted: false, due: now + PERIOD, facts }
     }
 
     /// When there is something to do here.
@@ -46,10 +49,11 @@ impl Live {
         }
     }
 
-    /// Ends an interval, and tells how it went if somebody has been listening all the while.
+    /// Ends an interval, and tells how it went if somebody has been listening all the while, or
+    /// it is recorded.
     pub fn tell(
         &mut self,
-        is_heard: bool,
+        (is_heard, is_recorded): (bool, bool),
         (totals, real_time_factor_asked): (Totals, f64),
         stage: &mut Stage,
         now: Instant,
@@ -58,12 +62,19 @@ impl Live {
         // As regular as a clock, but for what it slept through.
         let next = self.due + PERIOD;
         self.due = if next > now { next } else { now + PERIOD };
-        if !is_heard && !tracing::enabled!(tracing::Level::DEBUG) {
+        let is_heard = is_heard || tracing::enabled!(tracing::Level::DEBUG);
+        if !is_heard && !is_recorded || is_heard && !self.accounted {
             self.since = None;
+        }
+        if !is_heard && !is_recorded {
             return None;
         }
         let Some(since) = self.since.replace(now) else {
-            stage.keep_account();
+            // It costs the loop more than recording does.
+            self.accounted = is_heard;
+            if is_heard {
+                stage.keep_account();
+            }
             self.state_facts(stage);
             self.interval.begin(totals);
             return None;

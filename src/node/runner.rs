@@ -223,7 +223,7 @@ impl<'a> Runner<'a> {
         };
         self.watch_recorder();
         let asked = if self.stage.time.is_paused() { 0.0 } else { self.stage.time.rate() };
-        let is_heard = self.outputs.reports_are_heard();
+        let wanted = (self.outputs.reports_are_heard(), self.recorder.is_some());
         for line in self.outputs.peers().news() {
             self.complaints.say("types", &line);
         }
@@ -231,7 +231,7 @@ impl<'a> Runner<'a> {
         if let Err(error) = freed {
             self.complaints.say("publishers", &error);
         }
-        let told = self.live.tell(is_heard, (totals, asked), &mut self.stage, now);
+        let told = self.live.tell(wanted, (totals, asked), &mut self.stage, now);
         told.iter().for_each(|told| self.outputs.report(told, &mut self.complaints));
     }
 

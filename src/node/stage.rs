@@ -9,7 +9,7 @@ use std::time::Instant;
 use glam::DVec2;
 
 use super::timeline::Timeline;
-use crate::bag::journal::{Asked, Entry, Line};
+use crate::bag::journal::{Asked, DriveLine, Entry, Line};
 use crate::messages::Header;
 use crate::scene::file::is_token;
 use crate::scene::{Puck, Scene};
@@ -223,6 +223,7 @@ impl Stage {
         } else {
             self.ask(Command::AddPuck(puck.disc))?;
         }
+        self.drive(&puck);
         self.next_id += 1;
         self.spawned.insert(puck.disc.id);
         self.pucks.push(puck.clone());
@@ -369,9 +370,20 @@ impl Stage {
             }
         }
         self.pucks = pucks.into_iter().map(|(puck, _)| puck).collect();
+        let driven: Vec<Puck> = self.pucks.iter().filter(|puck| puck.driven).cloned().collect();
+        driven.iter().for_each(|puck| self.drive(puck));
         let left: HashSet<DiscId> = self.pucks.iter().map(|puck| puck.disc.id).collect();
         self.spawned.retain(|id| left.contains(id));
         Ok(())
+    }
+
+    /// A puck that has come follows its commands, if it is driven.
+    fn drive(&mut self, puck: &Puck) {
+        if puck.driven {
+            let (id, drive) = (puck.disc.id, puck.drive);
+            self.note(|| Entry::Driven { id, drive: DriveLine::new(&drive) });
+            self.world.drive(id, drive);
+        }
     }
 
     /// To where the scene has them.
@@ -409,4 +421,41 @@ fn overlapping(pucks: &[(Puck, Disc)]) -> Result<Option<(String, String)>, Strin
     };
     let names = |(i, j): (usize, usize)| (pucks[i].0.name.clone(), pucks[j].0.name.clone());
     Ok(pairs.into_iter().find(deep).map(names))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::file;
+    use crate::world::Wanted;
+
+    const SCENE: &str = "pucks:\n  - name: alice\n    position: [0, 0]\n    radius: 0.1\n    \
+        drive: {model: holonomic, acceleration_max: 1.0}\n";
+
+    /// Speed of alice after a tenth of a second at full drive.
+    fn speed(stage: &mut Stage) -> f64 {
+        let begin = stage.world().arena().map_or(0.0, |arena| arena.now());
+        let (id, heard_at) = (stage.pucks()[0].disc.id, f64::NEG_INFINITY);
+        let wanted = Wanted { linear: DVec2::X, angular: 0.0 };
+        let asked = Some((Command::Drive { id, wanted }, None));
+        stage.step(asked, Instants { heard_at, advance_to: begin });
+        stage.step(None, Instants { heard_at, advance_to: begin + 0.1 });
+        stage.now()[0].1.velocity.length()
+    }
+
+    #[test]
+    fn a_drive_keeps_its_limits_after_a_reset() {
+        // It is written above.
+        let scene = file::parse(SCENE, "test").expect("a sound scene");
+        let now = Instant::now();
+        let mut stage = Stage::new(scene, Timeline::new(1.0, 10.0, None, now));
+        for time in [true, false] {
+            let moved = speed(&mut stage);
+            assert!((0.05..0.15).contains(&moved), "{moved}");
+            // What is reset overlaps nothing.
+            stage.reset(Scope { time, ..ALL }, now).expect("nobody is in the way");
+        }
+        let moved = speed(&mut stage);
+        assert!((0.05..0.15).contains(&moved), "{moved}");
+    }
 }

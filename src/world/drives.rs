@@ -7,11 +7,13 @@
 //! publish rate. Nothing here moves a disc or looks for contacts.
 
 use glam::DVec2;
+use serde::{Deserialize, Serialize};
 
 use super::disc::{Disc, DiscId};
 
 /// Which velocities a robot can have.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Model {
     /// Any, at once, in the arena's frame: a puck that is told its velocity.
     #[default]

@@ -1,5 +1,5 @@
-//! Recordings for the audit: clean ones of carom's arena, and ones spoilt on purpose by an engine of
-//! the tests' own, which does one collision wrong and goes on lawfully.
+//! Recordings for the audit: clean ones of carom's arena, and ones spoilt on purpose by an engine
+//! of the tests' own, which does one collision wrong and goes on lawfully.
 
 use carom::audit::Frame;
 use carom::motion::arena::Arena;
