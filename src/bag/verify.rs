@@ -349,7 +349,8 @@ fn settings(scene: &Scene, said: &BTreeMap<String, String>) -> Result<Settings, 
     settings.stale_after = number("stale_after_s")?;
     settings.contact_margin = number("contact_margin_m")?;
     settings.command_timeout = number("command_timeout_s")?;
-    let sides: Vec<f64> = text("walls")?.split(',').flat_map(str::parse).collect();
+    let sides = said.get("parameter.walls").map_or("", String::as_str);
+    let sides: Vec<f64> = sides.split(',').flat_map(str::parse).collect();
     if let (Some(walls), &[left, right, bottom, top]) = (&mut settings.walls, &*sides) {
         (walls.min, walls.max) = (DVec2::new(left, bottom), DVec2::new(right, top));
     }
