@@ -1,7 +1,7 @@
 //! The node against real rclpy: each script of tests/ros runs against the built binary.
 //!
 //! Python is the other side because it is what users run: what rclpy, on another DDS, cannot read
-//! does not work. Each script runs on two distributions, in a ROS domain of its own, so that scripts
+//! does not work. Each script runs on two distributions, in a ROS domain of its own, so that they
 //! can run side by side, and fails by its exit code. A test never ends a process that it has not
 //! started.
 
