@@ -174,14 +174,10 @@ pub(super) struct Turn {
 }
 
 fn for_each_step(frames: &[Frame], mut look: impl FnMut(&Disc, &Disc, f64)) {
-    for pair in frames.windows(2) {
-        let [before, after] = pair else { continue };
-        let seconds = 1e-9 * (after.time_ns - before.time_ns) as f64;
-        if seconds > 0.0 {
-            super::alike(before, after)
-                .filter(|(before, _)| before.mass.is_finite())
-                .for_each(|(before, after)| look(before, after, seconds));
-        }
+    for (before, after, seconds) in super::steps(frames) {
+        super::alike(before, after)
+            .filter(|(before, _)| before.mass.is_finite())
+            .for_each(|(before, after)| look(before, after, seconds));
     }
 }
 

@@ -132,6 +132,15 @@ impl Frame {
     }
 }
 
+/// Each two frames one after the other, and the time between them, s; not where time went back.
+fn steps(frames: &[Frame]) -> impl Iterator<Item = (&Frame, &Frame, f64)> {
+    let steps = frames.iter().zip(frames.iter().skip(1));
+    steps.filter_map(|(before, after)| {
+        let seconds = 1e-9 * (after.time_ns - before.time_ns) as f64;
+        (seconds > 0.0).then_some((before, after, seconds))
+    })
+}
+
 /// The discs of both frames that are the same in all but their state.
 fn alike<'a>(before: &'a Frame, after: &'a Frame) -> impl Iterator<Item = (&'a Disc, &'a Disc)> {
     let mut places: Option<HashMap<DiscId, usize>> = None;

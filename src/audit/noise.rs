@@ -74,12 +74,7 @@ impl Noise {
         let none = Self { position: 0.0, velocity: 0.0, single };
         let (mut changes, mut rests) = (Vec::new(), Vec::new());
         let mut lengths = Vec::new();
-        for pair in frames.windows(2) {
-            let [before, after] = pair else { continue };
-            let seconds = 1e-9 * (after.time_ns - before.time_ns) as f64;
-            if seconds <= 0.0 {
-                continue;
-            }
+        for (before, after, seconds) in super::steps(frames) {
             let span = Span::new(seconds, law.drag);
             let means = Means { law, noise: &none, fastest: f64::INFINITY };
             for (before, after) in super::alike(before, after) {

@@ -72,8 +72,7 @@ impl Run {
 
     /// The usual time between samples is that of these.
     pub fn expect_steps_of(&mut self, frames: &[Frame]) {
-        let step = |pair: &[Frame]| 1e-9 * (pair[1].time_ns - pair[0].time_ns) as f64;
-        let mut steps: Vec<f64> = frames.windows(2).map(step).filter(|step| *step > 0.0).collect();
+        let mut steps: Vec<f64> = super::steps(frames).map(|(_, _, seconds)| seconds).collect();
         self.findings.usual_step = median(&mut steps);
     }
 

@@ -20,12 +20,7 @@ pub(super) type Survey = (Vec<(f64, f64)>, Vec<Turn>);
 /// Looks at all frames.
 pub(super) fn survey(frames: &[Frame], law: &Law, noise: &Noise, tolerance: f64) -> Survey {
     let (mut contacts, mut turns) = (Vec::new(), Vec::new());
-    for pair in frames.windows(2) {
-        let [before, after] = pair else { continue };
-        let seconds = 1e-9 * (after.time_ns - before.time_ns) as f64;
-        if seconds <= 0.0 {
-            continue;
-        }
+    for (before, after, seconds) in super::steps(frames) {
         let span = Span::new(seconds, law.drag);
         let means = Means { law, noise, fastest: run::fastest(before, after) };
         let flights: Vec<Flight> = super::alike(before, after)
