@@ -350,12 +350,9 @@ impl<'a> Runner<'a> {
     }
 
     fn serve_parameters(&mut self, request: &parameter_services::Request) {
-        let (scene, pucks, walls) =
-            (self.stage.scene(), self.stage.pucks(), self.stage.world().walls());
-        let veto = |name: &str, value: &ParameterValue| {
-            declared::veto(scene, name, value)?;
-            declared::veto_walls(walls, pucks, name, value)
-        };
+        let there = (self.stage.world().walls(), self.stage.pucks());
+        let scene = self.stage.scene();
+        let veto = |name: &str, value: &ParameterValue| declared::veto(scene, there, name, value);
         let (changed, answered) = parameter_services::answer(request, &mut self.parameters, &veto);
         if let Err(error) = answered {
             self.complaints.unsent("parameters", &error);

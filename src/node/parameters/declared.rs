@@ -191,22 +191,18 @@ pub fn of_robots(values: &[Override]) -> Vec<Parameter> {
     names.iter().flat_map(parameters).collect()
 }
 
-/// Why a new value would be wrong though its type and range are right.
-pub fn veto(scene: &Scene, name: &str, value: &ParameterValue) -> Result<(), String> {
+/// Why a new value would be wrong though its type and range are right, for a scene and for the
+/// walls and the pucks that are there now.
+pub fn veto(
+    scene: &Scene,
+    (walls, pucks): (Option<Walls>, &[Puck]),
+    name: &str,
+    value: &ParameterValue,
+) -> Result<(), String> {
     let asks_for_time = (name, value) == ("use_sim_time", &ParameterValue::Boolean(true));
     if asks_for_time && !scene.pucks.is_empty() {
         return Err("use_sim_time: this node has pucks, so it publishes /clock itself".to_owned());
     }
-    Ok(())
-}
-
-/// Why a value of `walls` would be wrong for walls that are here now and pucks within.
-pub fn veto_walls(
-    walls: Option<Walls>,
-    pucks: &[Puck],
-    name: &str,
-    value: &ParameterValue,
-) -> Result<(), String> {
     if name != "walls" || *value == sides(walls) {
         return Ok(());
     }
@@ -223,8 +219,7 @@ pub fn veto_walls(
 /// Which value is wrong, and why.
 pub fn apply(parameters: &Parameters, scene: &mut Scene) -> Result<(), String> {
     for (name, value) in parameters.all() {
-        veto(scene, &name, &value)?;
-        veto_walls(scene.settings.walls, &scene.pucks, &name, &value)?;
+        veto(scene, (scene.settings.walls, &scene.pucks), &name, &value)?;
         match (name.as_str(), value) {
             ("frame_id", ParameterValue::String(frame)) => scene.node.frame_id = frame,
             ("circle_topics", ParameterValue::StringArray(topics)) => {
