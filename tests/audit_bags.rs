@@ -1,5 +1,8 @@
 //! `carom audit` on files: what it reads, says and writes, and how it ends.
 
+#[path = "bag/database.rs"]
+mod database;
+
 #[path = "core/common.rs"]
 #[allow(dead_code, reason = "other tests use the rest")]
 mod common;
@@ -17,7 +20,8 @@ use carom::audit::Frame;
 use carom::bag::decode;
 use carom::bag::qos::Qos;
 use carom::bag::write::{BagWriter, Options};
-use carom::messages::{CircleState, CircleStates, Header, Odometry, Time};
+use carom::messages::{CircleStates, Header, Odometry, Time};
+use carom::publish;
 use carom::world::{Disc, Owner};
 use glam::DVec2;
 use recordings::{Engine, Gas, Spoil, sampled};
@@ -39,21 +43,12 @@ fn stamp(time_ns: i64) -> Time {
 }
 
 fn states(frame: &Frame, parts: usize) -> Vec<Vec<u8>> {
-    let circle = |disc: &Disc| CircleState {
-        id: disc.id,
-        x: disc.position.x,
-        y: disc.position.y,
-        vx: disc.velocity.x,
-        vy: disc.velocity.y,
-        radius: disc.radius,
-        mass: disc.mass,
-    };
     let size = frame.discs.len().div_ceil(parts);
-    let part = |(k, discs): (usize, &[Disc])| CircleStates {
-        header: Header { stamp: stamp(frame.time_ns), frame_id: "map".to_owned() },
-        part: k as u32,
-        parts: if parts == 1 { 0 } else { parts as u32 },
-        circles: discs.iter().map(circle).collect(),
+    let part = |(k, discs): (usize, &[Disc])| {
+        let header = Header { stamp: stamp(frame.time_ns), frame_id: "map".to_owned() };
+        let parts = if parts == 1 { 0 } else { parts as u32 };
+        let whole = publish::arena_states(header, discs.iter().copied());
+        CircleStates { part: k as u32, parts, ..whole }
     };
     let messages = frame.discs.chunks(size).enumerate().map(part);
     messages.map(|message| decode::payload(&message).expect("a message")).collect()
@@ -237,23 +232,12 @@ fn without_stamps_the_times_of_recording_count_and_sqlite_is_read() {
     let folder = folder("sqlite");
     let (mut frames, _) = gas();
     let path = folder.join("bag.db3");
-    let database = rusqlite::Connection::open(&path).expect("a new file");
-    database
-        .execute_batch(
-            "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL, \
-             serialization_format TEXT NOT NULL, offered_qos_profiles TEXT NOT NULL);\
-             CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL, \
-             timestamp INTEGER NOT NULL, data BLOB NOT NULL);\
-             CREATE INDEX timestamp_idx ON messages (timestamp ASC);\
-             INSERT INTO topics VALUES (1, '/circles', 'carom/msg/CircleStates', 'cdr', '');",
-        )
-        .expect("tables");
+    let database = database::database(&path, "/circles");
     for frame in &mut frames {
         let log = 1_700_000_000_000_000_000 + frame.time_ns;
         frame.time_ns = 0;
         for payload in states(frame, 1) {
-            let row = "INSERT INTO messages(topic_id, timestamp, data) VALUES (1, ?1, ?2)";
-            database.execute(row, (log, payload)).expect("a row");
+            database::insert(&database, log, &payload);
         }
     }
     drop(database);

@@ -4,6 +4,8 @@
 mod broken;
 #[path = "bag/common.rs"]
 mod common;
+#[path = "bag/database.rs"]
+mod database;
 #[path = "bag/reading.rs"]
 mod reading;
 #[cfg(feature = "ros")]

@@ -11,6 +11,8 @@ use carom::messages::{CircleState, CircleStates, Header, Time};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{Compression, WriteOptions};
 
+use crate::database::{database, insert};
+
 pub const KIND: &str = "carom/msg/CircleStates";
 
 /// A folder of its own for a test, empty.
@@ -79,22 +81,9 @@ fn header(channel_id: u16, k: u32) -> MessageHeader {
 
 /// A database as rosbag2 makes them.
 pub fn sqlite(path: &Path, ks: std::ops::Range<u32>) {
-    let database = rusqlite::Connection::open(path).expect("a new file");
-    database
-        .execute_batch(
-            "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL, \
-             serialization_format TEXT NOT NULL, offered_qos_profiles TEXT NOT NULL);\
-             CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL, \
-             timestamp INTEGER NOT NULL, data BLOB NOT NULL);\
-             CREATE INDEX timestamp_idx ON messages (timestamp ASC);\
-             INSERT INTO topics VALUES \
-             (1, '/circle_states', 'carom/msg/CircleStates', 'cdr', '');",
-        )
-        .expect("tables");
+    let database = database(path, "/circle_states");
     for k in ks {
-        let row = "INSERT INTO messages(topic_id, timestamp, data) VALUES (1, ?1, ?2)";
-        let time = i64::try_from(time(k)).expect("before 2262");
-        database.execute(row, (time, states(k).1)).expect("a row");
+        insert(&database, i64::try_from(time(k)).expect("before 2262"), &states(k).1);
     }
 }
 
