@@ -3,7 +3,6 @@
 import time
 
 from carom.msg import CircleStates, Contacts, ErrorReport
-from nav_msgs.msg import Odometry
 from visualization_msgs.msg import MarkerArray
 
 from harness import Carom, Client, Heard, cpu_seconds, scene, wait_until
@@ -18,7 +17,6 @@ TOPICS = {
     "arena_states": CircleStates,
     "contacts": Contacts,
     "markers": MarkerArray,
-    "pucks/puck_0/odom": Odometry,
     "error_report": ErrorReport,
 }
 SECONDS = 10.0
