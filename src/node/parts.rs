@@ -2,9 +2,10 @@
 //!
 //! Fast DDS receives into a socket buffer of 212 992 bytes by default, of which a datagram of a
 //! network's size takes half as much again; what RustDDS sends at once beyond it is lost, reliable
-//! or not. And a reader keeps ten messages by default. So a part is small, and the pause lets it be
-//! read. A message that comes before the last one on its topic is through is skipped and counted:
-//! what arrives is whole.
+//! or not. And a reader keeps ten messages by default. So a part fits into the buffer with room to
+//! spare, parts are few, so that ten of them last long, and pauses spread them over the time that
+//! there is until the next message. A message that comes while much of the last one on its topic
+//! waits is skipped and counted: what arrives is whole.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
@@ -12,9 +13,14 @@ use std::time::{Duration, Instant};
 use crate::messages::{CircleStates, CircleVelocities, Contacts, Header};
 
 /// Largest payload of a part, bytes.
-const PART_BYTES: usize = 50_000;
-/// Between two parts: twice what rclpy needs to read one.
-pub const PAUSE: Duration = Duration::from_millis(6);
+const PART_BYTES: usize = 100_000;
+/// Between two parts at least: twice what rclpy needs to read one.
+pub const PAUSE_MIN: Duration = Duration::from_millis(12);
+/// At most: who reads the last part shall not wait long for it.
+const PAUSE_MAX: Duration = Duration::from_millis(20);
+/// Of the time between two messages, what the pauses of one take: the rest is for parts that come
+/// late.
+const SPREAD: f64 = 0.8;
 
 /// A message that may come in parts.
 pub trait InParts: Sized {
@@ -73,28 +79,37 @@ pub fn split<M: InParts>(message: M) -> Vec<M> {
 #[derive(Debug)]
 pub struct Waiting<M> {
     parts: VecDeque<M>,
+    pause: Duration,
     due: Option<Instant>,
+    /// When the last message came.
+    taken_at: Option<Instant>,
     dropped: u64,
 }
 
 impl<M: InParts> Default for Waiting<M> {
     fn default() -> Self {
-        Self { parts: VecDeque::new(), due: None, dropped: 0 }
+        let (parts, pause) = (VecDeque::new(), PAUSE_MIN);
+        Self { parts, pause, due: None, taken_at: None, dropped: 0 }
     }
 }
 
 impl<M: InParts> Waiting<M> {
-    /// Takes a message; what is to be sent of it at once. It is skipped while parts of the one
-    /// before are waiting.
+    /// Takes a message; what is to be sent of it at once. It is skipped while more than half of
+    /// the one before is waiting.
     pub fn take(&mut self, message: M, now: Instant) -> Option<M> {
-        if !self.parts.is_empty() {
+        let parts = split(message);
+        let since = self.taken_at.replace(now).map(|before| now - before);
+        if self.parts.len() > parts.len() / 2 {
             self.dropped += 1;
             return None;
         }
-        self.parts = split(message).into();
-        let first = self.parts.pop_front();
-        self.due = (!self.parts.is_empty()).then(|| now + PAUSE);
-        first
+        let each = since.unwrap_or_default().mul_f64(SPREAD / parts.len() as f64);
+        self.pause = each.clamp(PAUSE_MIN, PAUSE_MAX);
+        self.parts.extend(parts);
+        if self.due.is_some() {
+            return None;
+        }
+        self.pop(now)
     }
 
     /// When the next part is to be sent.
@@ -107,9 +122,13 @@ impl<M: InParts> Waiting<M> {
         if self.due.is_none_or(|due| now < due) {
             return None;
         }
+        self.pop(now)
+    }
+
+    fn pop(&mut self, now: Instant) -> Option<M> {
         let part = self.parts.pop_front();
         // From now, though this one may be late: two at once would fill the reader's socket.
-        self.due = (!self.parts.is_empty()).then(|| now + PAUSE);
+        self.due = (!self.parts.is_empty()).then(|| now + self.pause);
         part
     }
 
@@ -131,10 +150,10 @@ mod tests {
 
     #[test]
     fn parts_hold_everything_once_and_are_small() {
-        for count in [0, 1, 892, 893, 10_000, 100_000] {
+        for count in [0, 1, 1785, 1786, 10_000, 100_000] {
             let parts = split(states(count));
             let whole = parts.len() == 1;
-            assert_eq!(whole, count <= 892, "{count}");
+            assert_eq!(whole, count <= 1785, "{count}");
             let ids: Vec<u32> =
                 parts.iter().flat_map(|part| part.circles.iter().map(|circle| circle.id)).collect();
             assert_eq!(ids, (0..count).collect::<Vec<_>>());
@@ -147,15 +166,38 @@ mod tests {
     }
 
     #[test]
-    fn parts_wait_and_no_message_comes_between_them() {
+    fn parts_wait_and_few_messages_wait_behind_them() {
         let (start, mut waiting) = (Instant::now(), Waiting::default());
-        assert_eq!(waiting.take(states(2_000), start).map(|part| part.part), Some(0));
+        let after = |pauses: u32| start + PAUSE_MIN * pauses;
+        assert_eq!(waiting.take(states(4_000), start).map(|part| part.part), Some(0));
         assert!(waiting.next(start).is_none());
-        assert_eq!(waiting.next(start + PAUSE).map(|part| part.part), Some(1));
-        assert!(waiting.take(states(10), start + PAUSE).is_none());
-        assert_eq!(waiting.next(start + PAUSE * 2).map(|part| part.part), Some(2));
-        assert_eq!((waiting.dropped(), waiting.due()), (1, None));
-        assert!(waiting.next(start + PAUSE * 9).is_none());
-        assert_eq!(waiting.take(states(10), start + PAUSE * 9).map(|part| part.parts), Some(0));
+        assert!(waiting.take(states(4_000), start).is_none());
+        assert_eq!(waiting.next(after(1)).map(|part| part.part), Some(1));
+        assert_eq!(waiting.dropped(), 1);
+        // One part of three is left.
+        assert!(waiting.take(states(4_000), after(1)).is_none());
+        let rest: Vec<u32> =
+            (2..=5).map(|k| waiting.next(after(k)).map_or(9, |part| part.part)).collect();
+        assert_eq!((rest, waiting.dropped(), waiting.due()), (vec![2, 0, 1, 2], 1, None));
+        assert!(waiting.next(after(9)).is_none());
+        assert_eq!(waiting.take(states(10), after(9)).map(|part| part.parts), Some(0));
+    }
+
+    #[test]
+    fn pauses_spread_parts_over_the_time_between_messages() {
+        let (start, mut waiting) = (Instant::now(), Waiting::default());
+        let mut now = start;
+        for millis in [0, 100, 40, 1_000] {
+            now += Duration::from_millis(millis);
+            assert_eq!(waiting.take(states(10_000), now).map(|part| part.parts), Some(6));
+            let pause = waiting.due().map(|due| (due - now).as_millis());
+            let wanted = match millis {
+                100 => 13,
+                1_000 => 20,
+                _ => 12,
+            };
+            assert_eq!(pause, Some(wanted), "{millis} ms");
+            (1..=5).for_each(|k| assert!(waiting.next(now + PAUSE_MAX * k).is_some()));
+        }
     }
 }

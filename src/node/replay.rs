@@ -164,7 +164,7 @@ impl Player {
         while let Some(part) = parts.pop_front() {
             is_whole &= self.send_part(message.topic, part).await;
             if !parts.is_empty() {
-                tokio::time::sleep(parts::PAUSE).await;
+                tokio::time::sleep(parts::PAUSE_MIN).await;
             }
         }
         *(if is_whole { &mut self.sent } else { &mut self.unsent }) += 1;
