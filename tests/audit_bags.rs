@@ -301,17 +301,3 @@ fn of_a_bag_that_is_cut_off_what_is_left_is_judged_and_said_to_be_not_all() {
     assert!(notes.contains("cut.mcap"), "{notes}");
     assert_eq!(fs::read(&cut).expect("bytes"), left, "never changed");
 }
-
-/// A long bag for measurements: `CAROM_AUDIT_BAG=FOLDER cargo test --test audit_bags -- --ignored`.
-#[test]
-#[ignore = "writes what others measure with"]
-fn a_long_bag() {
-    let path = std::env::var("CAROM_AUDIT_BAG").expect("where to");
-    let number = |name: &str, usual: usize| {
-        std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(usual)
-    };
-    let (count, frames) = (number("CAROM_AUDIT_DISCS", 1000), number("CAROM_AUDIT_FRAMES", 1000));
-    let (mut arena, _) = Gas { restitution: 1.0, ..Gas::new(count, 0.2) }.arena();
-    let frames = sampled(&mut arena, 60.0, frames);
-    bag(Path::new(&path), &frames, 1, None);
-}

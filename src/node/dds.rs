@@ -135,23 +135,9 @@ impl Reach {
     }
 }
 
-/// What can be sent, heard and recorded.
-pub trait Payload: Serialize + DeserializeOwned + Clone + Send + 'static {
-    /// About how many bytes it has.
-    fn bytes(&self) -> usize {
-        size_of_val(self)
-    }
-}
-
-impl Payload for Raw {
-    fn bytes(&self) -> usize {
-        self.0.len()
-    }
-}
-
 /// A message type with its ROS name. `Vec` fields are read element by element and grow with the
 /// bytes that are really there, so a forged length is an error, never a huge allocation.
-pub trait RosMessage: Payload {
+pub trait RosMessage: Serialize + DeserializeOwned + Clone + Send + 'static {
     /// The interface package.
     const PACKAGE: &'static str;
     /// The name in `msg/`.
@@ -159,26 +145,19 @@ pub trait RosMessage: Payload {
 }
 
 macro_rules! ros_messages {
-    ($($package:literal $name:ident $($items:ident)?)*) => {$(
+    ($($package:literal $name:ident)*) => {$(
         impl RosMessage for $name {
             const PACKAGE: &'static str = $package;
             const TYPE: &'static str = stringify!($name);
-        }
-        impl Payload for $name {
-            $(
-                fn bytes(&self) -> usize {
-                    size_of_val(&*self.$items)
-                }
-            )?
         }
         impl ros2_client::Message for $name {}
     )*};
 }
 
 ros_messages! {
-    "carom" CircleStates circles
-    "carom" CircleVelocities velocities
-    "carom" Contacts contacts
+    "carom" CircleStates
+    "carom" CircleVelocities
+    "carom" Contacts
     "carom" ErrorReport
     "diagnostic_msgs" DiagnosticArray
     "visualization_msgs" MarkerArray
@@ -526,21 +505,9 @@ impl<M: RosMessage> Publisher<M> {
         &self.topic
     }
 
-    /// Whether its messages go into a bag.
-    pub fn is_recorded(&self) -> bool {
-        self.tap.is_some()
-    }
-
-    /// Writes a message into the bag; gives it back if somebody else wants it too.
-    pub fn record(&self, message: M, is_heard: bool) -> Option<M> {
-        let Some(tap) = &self.tap else { return Some(message) };
-        let bytes = message.bytes();
-        if !is_heard {
-            tap.record(bytes, message);
-            return None;
-        }
-        tap.record(bytes, message.clone());
-        Some(message)
+    /// Where its messages go in a bag, if they do.
+    pub fn tap(&self) -> Option<&Tap> {
+        self.tap.as_ref()
     }
 
     /// Hands the message to DDS at once or not at all.
@@ -588,7 +555,7 @@ pub struct Received<M> {
     pub dropped: u64,
 }
 
-impl<M: Payload> Subscription<M> {
+impl<M: Serialize + DeserializeOwned + 'static> Subscription<M> {
     /// All messages from now on; it never ends.
     pub fn into_stream(self) -> impl Stream<Item = Received<M>> {
         futures::stream::unfold(self, async |mut subscription| {
@@ -610,7 +577,7 @@ impl<M: Payload> Subscription<M> {
                     return Received { message: Err(DdsError::WrongType), dropped };
                 }
                 if let Some(tap) = &self.tap {
-                    tap.record(message.bytes(), message.clone());
+                    tap.record(&message);
                 }
                 Received { message: Ok(message), dropped }
             }

@@ -136,9 +136,14 @@ impl Outputs {
     pub fn tick(&mut self, stage: &Stage, complaints: &mut Complaints) {
         let Some(arena) = stage.world().arena() else { return };
         let header = || Header { stamp: stamp(arena), frame_id: self.frame_id.clone() };
-        self.arena_states.send(&self.peers, complaints, || {
-            publish::arena_states(header(), arena.discs(Owner::Simulated))
-        });
+        let states = &mut self.arena_states;
+        if let Some(tap) = states.publisher.tap() {
+            tap.record_states(header, arena);
+        }
+        if self.peers.hear(states.publisher.guid()) {
+            let discs = arena.discs(Owner::Simulated);
+            states.publish(publish::arena_states(header(), discs), complaints);
+        }
         self.clock(stage, complaints);
         self.odometry(stage, arena, complaints);
         if arena.now() >= self.next_picture && self.peers.hear(self.markers.guid()) {
@@ -157,7 +162,7 @@ impl Outputs {
 
     fn odometry(&self, stage: &Stage, arena: &Arena, complaints: &mut Complaints) {
         let is_wanted = |publisher: &Publisher<Odometry>| {
-            publisher.is_recorded() || self.peers.hear(publisher.guid())
+            publisher.tap().is_some() || self.peers.hear(publisher.guid())
         };
         if !self.odometry.values().any(is_wanted) {
             return;
@@ -253,9 +258,13 @@ impl<M: InParts + RosMessage> Large<M> {
     fn send(&mut self, peers: &Peers, complaints: &mut Complaints, message: impl FnOnce() -> M) {
         // A bag has messages whole: parts are for the network.
         if let Some(message) = wanted(peers, &self.publisher, message) {
-            let first = self.waiting.take(message, Instant::now());
-            first.into_iter().for_each(|part| put(&self.publisher, part, complaints));
+            self.publish(message, complaints);
         }
+    }
+
+    fn publish(&mut self, message: M, complaints: &mut Complaints) {
+        let first = self.waiting.take(message, Instant::now());
+        first.into_iter().for_each(|part| put(&self.publisher, part, complaints));
     }
 
     fn send_waiting(&mut self, now: Instant, complaints: &mut Complaints) {
@@ -271,10 +280,12 @@ fn wanted<M: RosMessage>(
     message: impl FnOnce() -> M,
 ) -> Option<M> {
     let is_heard = peers.hear(publisher.guid());
-    if !is_heard && !publisher.is_recorded() {
+    if !is_heard && publisher.tap().is_none() {
         return None;
     }
-    publisher.record(message(), is_heard)
+    let message = message();
+    publisher.tap().inspect(|tap| tap.record(&message));
+    is_heard.then_some(message)
 }
 
 /// Builds and publishes a message if somebody hears it, or it is recorded.

@@ -117,6 +117,7 @@ impl Recording {
                 _ = look.tick() => self.open(ros)?,
                 Some((tap, received)) = self.messages.next() => self.take(tap, received),
             }
+            self.recorder.hand_over();
             if let Some(why) = self.recorder.failure() {
                 return Err(NodeError::BadUse(why.to_owned()));
             }
@@ -126,7 +127,7 @@ impl Recording {
     fn take(&mut self, tap: usize, received: Received<Raw>) {
         self.lost += received.dropped;
         match received.message {
-            Ok(Raw(payload)) => self.taps[tap].record_payload(payload),
+            Ok(Raw(payload)) => self.taps[tap].record_payload(&payload),
             Err(_) => self.lost += 1,
         }
     }

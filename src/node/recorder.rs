@@ -1,9 +1,10 @@
 //! The recorder: what the node says and hears goes into a bag, by a thread of its own.
 //!
-//! The loop hands messages over and never waits: it neither encodes nor writes, nor does it wake
-//! the thread, which looks every few milliseconds. Messages that are written come back, so that
-//! their memory is freed where the next ones need it. What does not fit into the queue is dropped,
-//! counted, and noted in the bag at its place.
+//! The loop never waits and does little. Messages of a turn of the loop are gathered in a batch and
+//! handed over at its end; the thread is not woken, it looks every few milliseconds, and batches
+//! come back to be filled again. The pucks are not written down at each tick: the thread is told
+//! who [turned](crate::motion::watch) and makes the message of it. What does not fit into the queue
+//! is dropped, counted, and noted in the bag at its place.
 
 use std::cell::{Cell, RefCell};
 use std::path::Path;
@@ -22,6 +23,10 @@ use crate::bag::qos::Qos;
 use crate::bag::read::Note;
 pub use crate::bag::write::Summary;
 use crate::bag::write::{BagWriter, Options, WriteError};
+use crate::messages::Header;
+use crate::motion::arena::Arena;
+use crate::motion::watch::{Listener, Look, Watcher};
+use crate::publish;
 
 /// Bytes of messages that wait; beyond them new ones are dropped.
 const WAITING_BYTES_MAX: usize = 64 << 20;
@@ -32,39 +37,26 @@ const LOOK_PERIOD: Duration = Duration::from_millis(5);
 /// A chunk is written at least so often: so much is lost at most when the node is killed.
 const FLUSH_PERIOD: Duration = Duration::from_millis(500);
 
-/// A message that waits to be encoded.
-trait Content: Send {
-    /// Its payload; whether there is one.
-    fn encode(&self, into: &mut Vec<u8>) -> bool;
-}
-
-struct Encoded(Vec<u8>);
-
-impl Content for Encoded {
-    fn encode(&self, into: &mut Vec<u8>) -> bool {
-        into.extend_from_slice(&self.0);
-        true
-    }
-}
-
-struct Plain<M>(M);
-
-impl<M: Serialize + Send> Content for Plain<M> {
-    fn encode(&self, into: &mut Vec<u8>) -> bool {
-        decode::payload_into(&self.0, into).is_ok()
-    }
-}
-
-impl Content for Entry {
-    fn encode(&self, into: &mut Vec<u8>) -> bool {
-        let text = serde_json::to_string(self);
-        text.is_ok_and(|text| decode::payload_into(&text, into).is_ok())
-    }
+/// Messages of one turn of the loop.
+#[derive(Default)]
+struct Batch {
+    items: Vec<Item>,
+    /// Payloads of messages that are encoded, one behind the other.
+    payloads: Vec<u8>,
+    bytes: usize,
 }
 
 enum Item {
     Topic { name: String, kind: String, qos: String },
-    Message { topic: usize, time_ns: u64, bytes: usize, content: Box<dyn Content> },
+    Message { topic: usize, time_ns: u64, content: Content },
+}
+
+enum Content {
+    /// The next so many bytes of the payloads.
+    Encoded(usize),
+    Journal(Entry),
+    /// The pucks at an instant.
+    States(Header, Look),
 }
 
 /// Hands messages to the thread that writes them. Clones write into the same bag.
@@ -73,9 +65,12 @@ pub struct Recorder(Rc<Shared>);
 
 struct Shared {
     /// Nothing when the bag is closed.
-    sender: RefCell<Option<Sender<Item>>>,
-    /// Messages that were written.
-    written: Receiver<Box<dyn Content>>,
+    sender: RefCell<Option<Sender<Batch>>>,
+    /// Batches that were written.
+    written: Receiver<Batch>,
+    /// The one that is being filled.
+    batch: RefCell<Batch>,
+    watcher: RefCell<Watcher>,
     waiting_bytes: Arc<AtomicUsize>,
     topics: Cell<usize>,
     journal: Cell<Option<usize>>,
@@ -106,7 +101,7 @@ impl Recorder {
         let thread = {
             let (waiting_bytes, failure) = (waiting_bytes.clone(), failure.clone());
             std::thread::Builder::new().name("carom-record".to_owned()).spawn(move || {
-                let outcome = write(bag, &receiver, &give_back, &waiting_bytes);
+                let outcome = Writing::new(bag).run(&receiver, &give_back, &waiting_bytes);
                 if let Err(error) = &outcome {
                     // It is set nowhere else.
                     let _ = failure.set(error.to_string());
@@ -119,6 +114,8 @@ impl Recorder {
         Ok(Self(Rc::new(Shared {
             sender: RefCell::new(Some(sender)),
             written,
+            batch: RefCell::default(),
+            watcher: RefCell::default(),
             waiting_bytes,
             topics: Cell::new(0),
             journal: Cell::new(None),
@@ -134,7 +131,7 @@ impl Recorder {
         let topic = self.0.topics.get();
         self.0.topics.set(topic + 1);
         let (name, kind, qos) = (name.to_owned(), kind.to_owned(), qos.to_owned());
-        self.send(Item::Topic { name, kind, qos });
+        self.0.batch.borrow_mut().items.push(Item::Topic { name, kind, qos });
         Tap { recorder: self.clone(), topic }
     }
 
@@ -150,13 +147,9 @@ impl Recorder {
         let Some(topic) = self.0.journal.get() else { return };
         let untold = self.0.untold.take();
         if untold > 0 {
-            self.enter(topic, Entry::Dropped { messages: untold });
+            self.put(topic, |_| Some(Content::Journal(Entry::Dropped { messages: untold })));
         }
-        self.enter(topic, entry);
-    }
-
-    fn enter(&self, topic: usize, entry: Entry) {
-        self.put(topic, 0, Box::new(entry));
+        self.put(topic, |_| Some(Content::Journal(entry)));
     }
 
     /// Messages that found no room, since the start.
@@ -169,48 +162,84 @@ impl Recorder {
         self.0.failure.get().map(String::as_str)
     }
 
+    /// Hands over what was gathered since the last time.
+    pub fn hand_over(&self) {
+        let shared = &*self.0;
+        if shared.batch.borrow().items.is_empty() {
+            return;
+        }
+        // Only cleared: its memory is warm.
+        let empty = shared.written.try_iter().last().unwrap_or_default();
+        let batch = shared.batch.replace(empty);
+        shared.waiting_bytes.fetch_add(batch.bytes, Ordering::Relaxed);
+        if let Some(sender) = &*shared.sender.borrow() {
+            // After a failure nobody receives; that is told by itself.
+            let _ = sender.send(batch);
+        }
+    }
+
     /// Closes the bag; what it then holds.
     ///
     /// # Errors
     /// [`WriteError`] where it could not be written to the end.
     pub fn close(&self) -> Result<Summary, WriteError> {
+        self.hand_over();
         self.0.sender.borrow_mut().take();
         let thread = self.0.thread.borrow_mut().take();
         // A thread that has panicked has said so itself.
         thread.and_then(|thread| thread.join().ok()).unwrap_or_else(|| Ok(Summary::default()))
     }
 
-    fn put(&self, topic: usize, content_bytes: usize, content: Box<dyn Content>) {
+    /// Puts a message into the batch, if there is room: of its content only what can be written.
+    fn put(&self, topic: usize, content: impl FnOnce(&mut Vec<u8>) -> Option<Content>) {
         let shared = &*self.0;
-        shared.written.try_iter().for_each(drop);
-        let bytes = content_bytes + MESSAGE_BYTES;
-        let waiting = shared.waiting_bytes.load(Ordering::Relaxed);
-        if waiting + bytes > WAITING_BYTES_MAX || shared.failure.get().is_some() {
+        let batch = &mut *shared.batch.borrow_mut();
+        let waiting = shared.waiting_bytes.load(Ordering::Relaxed) + batch.bytes;
+        if waiting > WAITING_BYTES_MAX || shared.failure.get().is_some() {
             shared.dropped.set(shared.dropped.get() + 1);
             shared.untold.set(shared.untold.get() + 1);
             return;
         }
-        shared.waiting_bytes.fetch_add(bytes, Ordering::Relaxed);
-        self.send(Item::Message { topic, time_ns: now_ns(), bytes, content });
+        if let Some(content) = content(&mut batch.payloads) {
+            batch.bytes += MESSAGE_BYTES + content.bytes();
+            batch.items.push(Item::Message { topic, time_ns: now_ns(), content });
+        }
     }
+}
 
-    fn send(&self, item: Item) {
-        if let Some(sender) = &*self.0.sender.borrow() {
-            // After a failure nobody receives; that is told by itself.
-            let _ = sender.send(item);
+impl Content {
+    fn bytes(&self) -> usize {
+        match self {
+            Self::Encoded(bytes) => *bytes,
+            Self::Journal(_) => 0,
+            Self::States(_, look) => look.bytes(),
         }
     }
 }
 
 impl Tap {
-    /// Records a message of about so many bytes.
-    pub fn record<M: Serialize + Send + 'static>(&self, content_bytes: usize, message: M) {
-        self.recorder.put(self.topic, content_bytes, Box::new(Plain(message)));
+    /// Records a message.
+    pub fn record<M: Serialize>(&self, message: &M) {
+        self.recorder.put(self.topic, |payloads| {
+            let before = payloads.len();
+            let is_encoded = decode::payload_into(message, payloads).is_ok();
+            payloads.truncate(if is_encoded { payloads.len() } else { before });
+            is_encoded.then(|| Content::Encoded(payloads.len() - before))
+        });
     }
 
     /// Records a payload that is encoded already.
-    pub fn record_payload(&self, payload: Vec<u8>) {
-        self.recorder.put(self.topic, payload.len(), Box::new(Encoded(payload)));
+    pub fn record_payload(&self, payload: &[u8]) {
+        self.recorder.put(self.topic, |payloads| {
+            payloads.extend_from_slice(payload);
+            Some(Content::Encoded(payload.len()))
+        });
+    }
+
+    /// Records the pucks of an arena as they are now.
+    pub fn record_states(&self, header: impl FnOnce() -> Header, arena: &Arena) {
+        let look = || self.recorder.0.watcher.borrow_mut().look(arena);
+        self.recorder.put(self.topic, |_| Some(Content::States(header(), look())));
     }
 }
 
@@ -219,40 +248,93 @@ fn now_ns() -> u64 {
     u64::try_from(since.as_nanos()).unwrap_or(u64::MAX)
 }
 
-/// The thread: until nobody can send any more.
-fn write(
-    mut bag: BagWriter,
-    receiver: &Receiver<Item>,
-    give_back: &Sender<Box<dyn Content>>,
-    waiting_bytes: &AtomicUsize,
-) -> Result<Summary, WriteError> {
-    let mut flushed_at = Instant::now();
-    let mut is_clean = true;
-    // By the numbers that the taps have: two may be of one topic.
-    let mut topics = Vec::new();
-    let mut payload = Vec::new();
-    loop {
-        match receiver.try_recv() {
-            Ok(Item::Topic { name, kind, qos }) => {
-                topics.push(bag.topic(&name, &kind, &qos)?);
-            }
-            Ok(Item::Message { topic, time_ns, bytes, content }) => {
-                payload.clear();
-                let is_encoded = content.encode(&mut payload);
-                // The loop may have ended.
-                let _ = give_back.send(content);
-                waiting_bytes.fetch_sub(bytes, Ordering::Relaxed);
-                if is_encoded {
-                    bag.write(topics[topic], time_ns, time_ns, &payload)?;
-                }
-                is_clean = false;
-            }
-            Err(TryRecvError::Empty) => std::thread::sleep(LOOK_PERIOD),
-            Err(TryRecvError::Disconnected) => return bag.finish(),
-        }
-        if !is_clean && flushed_at.elapsed() >= FLUSH_PERIOD {
-            bag.flush()?;
-            (flushed_at, is_clean) = (Instant::now(), true);
+/// What the thread does.
+struct Writing {
+    bag: BagWriter,
+    /// By the numbers that the taps have: two may be of one topic.
+    topics: Vec<usize>,
+    listener: Listener,
+    payload: Vec<u8>,
+    flushed_at: Instant,
+    is_clean: bool,
+}
+
+impl Writing {
+    fn new(bag: BagWriter) -> Self {
+        Self {
+            bag,
+            topics: Vec::new(),
+            listener: Listener::default(),
+            payload: Vec::new(),
+            flushed_at: Instant::now(),
+            is_clean: true,
         }
     }
+
+    /// Until nobody can hand over any more.
+    fn run(
+        mut self,
+        receiver: &Receiver<Batch>,
+        give_back: &Sender<Batch>,
+        waiting_bytes: &AtomicUsize,
+    ) -> Result<Summary, WriteError> {
+        loop {
+            match receiver.try_recv() {
+                Ok(mut batch) => {
+                    self.write(&mut batch)?;
+                    waiting_bytes.fetch_sub(batch.bytes, Ordering::Relaxed);
+                    batch.payloads.clear();
+                    batch.bytes = 0;
+                    // The loop may have ended.
+                    let _ = give_back.send(batch);
+                }
+                Err(TryRecvError::Empty) => std::thread::sleep(LOOK_PERIOD),
+                Err(TryRecvError::Disconnected) => return self.bag.finish(),
+            }
+            if !self.is_clean && self.flushed_at.elapsed() >= FLUSH_PERIOD {
+                self.bag.flush()?;
+                (self.flushed_at, self.is_clean) = (Instant::now(), true);
+            }
+        }
+    }
+
+    fn write(&mut self, batch: &mut Batch) -> Result<(), WriteError> {
+        let mut payloads = batch.payloads.as_slice();
+        for item in batch.items.drain(..) {
+            let (topic, time_ns, content) = match item {
+                Item::Topic { name, kind, qos } => {
+                    self.topics.push(self.bag.topic(&name, &kind, &qos)?);
+                    continue;
+                }
+                Item::Message { topic, time_ns, content } => (topic, time_ns, content),
+            };
+            let payload = match content {
+                Content::Encoded(bytes) => {
+                    let (payload, rest) = payloads.split_at(bytes);
+                    payloads = rest;
+                    payload
+                }
+                Content::Journal(entry) => {
+                    // Of a type that JSON and CDR have.
+                    let text = serde_json::to_string(&entry).unwrap_or_default();
+                    encoded(&text, &mut self.payload)
+                }
+                Content::States(header, look) => {
+                    let discs = self.listener.hear(look);
+                    let message = publish::arena_states(header, discs.into_iter());
+                    encoded(&message, &mut self.payload)
+                }
+            };
+            self.bag.write(self.topics[topic], time_ns, time_ns, payload)?;
+            self.is_clean = false;
+        }
+        Ok(())
+    }
+}
+
+fn encoded<'a, M: Serialize>(message: &M, payload: &'a mut Vec<u8>) -> &'a [u8] {
+    payload.clear();
+    // Its type is ours, and CDR has it.
+    decode::payload_into(message, payload).expect("a message of carom");
+    payload
 }

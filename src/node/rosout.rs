@@ -113,8 +113,8 @@ impl Rosout {
         for line in waiting {
             let line = Log { name: self.name.clone(), ..line };
             // Kept for those who come late, so sent though nobody listens.
-            let sent = self.publisher.record(line, true).map(|line| self.publisher.publish(line));
-            if let Some(Err(error)) = sent {
+            self.publisher.tap().inspect(|tap| tap.record(&line));
+            if let Err(error) = self.publisher.publish(line) {
                 complaints.unsent("/rosout", &error);
             }
         }

@@ -147,6 +147,7 @@ impl<'a> Runner<'a> {
             self.report_if_due(now);
             self.outputs.send_waiting(now, &mut self.complaints);
             self.rosout.tell(&mut self.complaints);
+            self.recorder.iter().for_each(Recorder::hand_over);
         }
         self.complaints.settle();
         self.status.finish(self.stage.world().arena(), Instant::now());

@@ -28,4 +28,5 @@ mod sizes;
 mod springs;
 mod steps;
 mod ticks;
+mod watch;
 mod world;

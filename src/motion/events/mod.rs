@@ -30,6 +30,7 @@ mod lanes;
 mod levels;
 mod pages;
 mod predict;
+pub mod rows;
 mod together;
 
 use std::cmp::Ordering;
@@ -144,7 +145,7 @@ struct Last {
 const LONG_AGO: Last = Last { time: f64::NEG_INFINITY, quick: 0 };
 
 /// A quantity of all discs: one number where they are equal.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 enum Each {
     Same(f64),
     Own(Vec<f64>),

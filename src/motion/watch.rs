@@ -1,0 +1,84 @@
+//! An arena watched from afar: looks are taken of it, cheaply, and told somewhere else.
+//!
+//! Between two looks few discs of many have met anybody. The watcher knows what it has told, so a
+//! look is what flies otherwise since then, and who hears all looks knows all discs: the same bits
+//! as [`Arena::discs`] gives. Where discs do not fly straight, a look is all of them.
+
+use super::arena::Arena;
+use super::events::rows::{Rows, Turn};
+use crate::world::{Disc, Owner};
+
+/// Who looks at an arena, and remembers what it has told.
+#[derive(Clone, Debug, Default)]
+pub struct Watcher {
+    told: Option<Rows>,
+}
+
+/// What a watcher tells of the simulated discs.
+#[derive(Clone, Debug)]
+pub struct Look(Told);
+
+#[derive(Clone, Debug)]
+enum Told {
+    /// They are these.
+    Discs(Vec<Disc>),
+    /// They are these, at an instant of the epoch, s.
+    Rows(Box<Rows>, f64),
+    /// They are those before, but for these.
+    Turns(Vec<Turn>, f64),
+}
+
+/// Who hears what a watcher tells, all of it and in order.
+#[derive(Clone, Debug, Default)]
+pub struct Listener {
+    heard: Option<Rows>,
+}
+
+impl Watcher {
+    /// Looks at the discs of an arena, which may be another one each time.
+    pub fn look(&mut self, arena: &Arena) -> Look {
+        if let Arena::Events(events) = arena {
+            if let Some((turns, now)) = self.told.as_mut().and_then(|rows| events.turns(rows)) {
+                return Look(Told::Turns(turns, now));
+            }
+            if let Some((rows, now)) = events.rows() {
+                self.told = Some(rows.clone());
+                return Look(Told::Rows(Box::new(rows), now));
+            }
+        }
+        self.told = None;
+        Look(Told::Discs(arena.discs(Owner::Simulated).collect()))
+    }
+}
+
+impl Look {
+    /// What it takes, bytes.
+    pub fn bytes(&self) -> usize {
+        match &self.0 {
+            Told::Discs(discs) => size_of_val(discs.as_slice()),
+            Told::Rows(rows, _) => rows.len() * size_of::<Disc>(),
+            Told::Turns(turns, _) => size_of_val(turns.as_slice()),
+        }
+    }
+}
+
+impl Listener {
+    /// The discs of a look, in the order of [`Arena::discs`].
+    ///
+    /// # Panics
+    /// If a look was left out.
+    pub fn hear(&mut self, look: Look) -> Vec<Disc> {
+        let (turns, now) = match look.0 {
+            Told::Discs(discs) => return discs,
+            Told::Rows(rows, now) => {
+                self.heard = Some(*rows);
+                (Vec::new(), now)
+            }
+            Told::Turns(turns, now) => (turns, now),
+        };
+        // A watcher begins with rows.
+        let rows = self.heard.as_mut().expect("the looks before");
+        rows.turn(&turns);
+        rows.discs(now).collect()
+    }
+}
