@@ -10,16 +10,18 @@ use std::io::Read;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 const DOMAIN: &str = "79";
 const RATE_HZ: f64 = 100.0;
+/// What is not looked at, s: the node opens its topics, and the bag.
+const START_S: f64 = 1.0;
 
 fn main() {
     let numbers: Vec<f64> = std::env::args().filter_map(|word| word.parse().ok()).collect();
     let seconds = numbers.first().copied().unwrap_or(60.0);
     let pairs = numbers.get(1).map_or(1, |pairs| *pairs as usize).max(1);
-    let ticks = seconds * RATE_HZ;
+    let ticks = (seconds - START_S) * RATE_HZ;
     let (mut without, mut with) = (Vec::new(), Vec::new());
     for pair in 0..pairs {
         let (plain, _) = run(seconds, None);
@@ -63,18 +65,21 @@ fn run(seconds: f64, record: Option<&Path>) -> (f64, String) {
     (time, line.unwrap_or_default().to_owned())
 }
 
-/// Time on a processor of the first thread, s, as last seen before the end.
+/// Time on a processor of the first thread, s, from the end of the start to the last look at it.
 fn loop_time(child: &mut Child) -> f64 {
     let id = child.id();
     let path = format!("/proc/{id}/task/{id}/schedstat");
-    let mut last = 0.0;
+    let (begin, mut first, mut last) = (Instant::now(), None, 0.0);
     while child.try_wait().expect("the child is ours").is_none() {
         let text = fs::read_to_string(&path).unwrap_or_default();
         let time = text.split_whitespace().next().and_then(|word| word.parse::<f64>().ok());
         last = time.filter(|time| *time > 0.0).map_or(last, |time| time * 1e-9);
+        if begin.elapsed().as_secs_f64() > START_S {
+            first.get_or_insert(last);
+        }
         thread::sleep(Duration::from_millis(5));
     }
-    last
+    last - first.expect("a run longer than the start")
 }
 
 fn median(mut values: Vec<f64>) -> f64 {
