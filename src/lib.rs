@@ -26,6 +26,7 @@
 //! | [`audit`] | the collisions of any simulator, judged from its recording |
 //! | `report` | error against run time: CSV, plots, one HTML page (feature `report`) |
 //! | `bag` | recordings of topics, read and written (feature `bags`) |
+//! | `wire` | robot soccer on its leagues' own protocols (feature `wire`) |
 //! | [`exact`] | error-free arithmetic, under all of the above |
 //! | `node` | the ROS 2 node; the only room that names a ROS crate (feature `ros`) |
 //!
@@ -63,6 +64,9 @@ pub mod report;
 
 #[cfg(feature = "bags")]
 pub mod bag;
+
+#[cfg(feature = "wire")]
+pub mod wire;
 
 pub mod exact;
 

@@ -2,6 +2,8 @@
 //! one line. Exit code 0 = done, 1 = it failed, 2 = bad use.
 
 mod bag_commands;
+#[cfg(feature = "ros")]
+mod wire_arguments;
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -294,6 +296,9 @@ struct RunArguments {
     record: Option<PathBuf>,
     #[command(flatten)]
     bag: bag_commands::FromArguments,
+    #[cfg(feature = "ros")]
+    #[command(flatten)]
+    wire: wire_arguments::WireArguments,
 }
 
 const METHODS: [&str; 6] = ["auto", "events", "plain", "ticks", "steps", "springs"];
@@ -499,11 +504,25 @@ fn run(mut arguments: RunArguments, ros: RosArguments) -> ExitCode {
         Err(error) => return complain(&error, 2),
     };
     let RunArguments {
-        scene, seconds, rate, method, step, keep_all, error, budget, record, ..
+        scene,
+        seconds,
+        rate,
+        method,
+        step,
+        keep_all,
+        error,
+        budget,
+        record,
+        wire,
+        ..
     } = arguments;
     let scene = scene.unwrap_or_else(|| shipped::DEFAULT.to_owned());
     let rate = rate.unwrap_or(1.0);
-    let options = RunOptions { scene, start, seconds, rate, record };
+    let wire = match wire.options(&scene) {
+        Ok(wire) => wire,
+        Err(message) => return complain(&message, 2),
+    };
+    let options = RunOptions { scene, start, seconds, rate, record, wire };
     match load(&options.scene, method.as_deref(), step, keep_all) {
         Err(message) => complain(&message, 2),
         Ok(mut scene) => {

@@ -9,6 +9,7 @@ use super::dds::{DdsError, Received, Ros};
 use super::parameters::services as parameters;
 use super::robots::Robots;
 use super::simulation::{services as simulation, steps};
+use super::wire::Batch;
 use crate::messages::{CircleStates, Clock, Odometry, Twist};
 use crate::scene::{Puck, Scene};
 use crate::world::DiscId;
@@ -25,6 +26,8 @@ pub enum Input {
     Odometry { topic: String, id: DiscId, received: Box<Received<Odometry>> },
     /// Where a driven puck shall go.
     Velocity { topic: String, id: DiscId, received: Received<Twist> },
+    /// Datagrams of teams.
+    Wire(Batch),
     /// Somebody's time.
     Clock(Received<Clock>),
     /// Something about parameters.

@@ -4,6 +4,7 @@
 use std::time::{Duration, Instant, SystemTime};
 
 use futures::StreamExt;
+use futures::stream::LocalBoxStream;
 use glam::DVec2;
 use ros2_client::ParameterValue;
 use tokio::time::MissedTickBehavior;
@@ -24,6 +25,7 @@ use super::simulation::steps::{Steps, Telling};
 use super::stage::{Source, Stage};
 use super::status::Status;
 use super::timeline::Timeline;
+use super::wire::{Batch, Wire};
 use super::{NodeError, RunOptions, Stop};
 use crate::messages::{CircleStates, Header, Odometry, Time};
 use crate::motion::arena::{Arena, Halt};
@@ -61,6 +63,7 @@ pub struct Runner<'a> {
     status: Status,
     complaints: Complaints,
     live: Live,
+    wire: Option<Wire>,
     /// Messages that never reached the loop.
     dropped: u64,
     recorder: Option<Recorder>,
@@ -106,6 +109,7 @@ impl<'a> Runner<'a> {
             quit: false,
             status: Status::new(start),
             complaints: Complaints::new(start),
+            wire: None,
             dropped: 0,
             recorder: None,
             is_failure_told: false,
@@ -119,6 +123,16 @@ impl<'a> Runner<'a> {
             self.stage.keep_journal();
         }
         self.recorder = recorder;
+        self
+    }
+
+    /// Speaks to teams too, from the beginning.
+    pub fn speak(mut self, wire: Option<(Wire, Vec<LocalBoxStream<'static, Batch>>)>) -> Self {
+        let Some((wire, streams)) = wire else { return self };
+        for stream in streams {
+            self.inputs.add(stream.map(Input::Wire).boxed_local());
+        }
+        self.wire = Some(wire);
         self
     }
 
@@ -176,7 +190,11 @@ impl<'a> Runner<'a> {
     fn next_wake(&self) -> Instant {
         let now = Instant::now();
         let wake = match self.arena() {
-            Some(_) if self.stall.is_none() => self.stage.time.wake(now),
+            Some(_) if self.stall.is_none() => {
+                let time = &self.stage.time;
+                let seen = self.wire.as_ref().map(|wire| time.wake_for(wire.due(), now));
+                seen.map_or(time.wake(now), |seen| seen.min(time.wake(now)))
+            }
             Some(_) => now + STALL_RETRY,
             None => {
                 let end = self.end.unwrap_or(f64::INFINITY);
@@ -190,6 +208,7 @@ impl<'a> Runner<'a> {
 
     /// Advances the arena to its next tick when that is due, and publishes its state there.
     fn tick_if_due(&mut self, now: Instant) {
+        self.see(now);
         let tick = self.stage.time.next_tick();
         let due = self.stage.time.due(now);
         if self.arena().is_none() || due < tick || now < self.retry_at {
@@ -203,6 +222,54 @@ impl<'a> Runner<'a> {
             self.stall = None;
             let told = self.steps.made_one();
             self.tell(told);
+        }
+    }
+
+    /// Takes the frames of vision that are due, each at its own instant.
+    fn see(&mut self, now: Instant) {
+        let due = self.stage.time.due(now);
+        while let Some(frame) = self.wire.as_ref().map(Wire::due)
+            && self.arena().is_some()
+            && frame <= due
+            && now >= self.retry_at
+        {
+            if self.arena().is_some_and(|arena| arena.now() < frame) {
+                let outcome = self.step(None, frame);
+                self.arena_outcome(&outcome);
+            }
+            if self.arena().is_none_or(|arena| arena.now() < frame) {
+                // It takes more than one step to get there.
+                break;
+            }
+            if let Some(wire) = &mut self.wire {
+                wire.look(&mut self.stage, &mut self.complaints);
+            }
+            self.write_journal();
+        }
+    }
+
+    /// Does what datagrams ask.
+    fn play(&mut self, batch: &Batch) {
+        self.to_present();
+        let Some(wire) = &mut self.wire else { return };
+        let wanted = wire.receive(batch, &mut self.stage, &mut self.complaints);
+        if let Some(speed) = wanted.speed {
+            self.set_speed(speed);
+        }
+        self.follow(&Effect { pucks: wanted.pucks, ..Effect::default() });
+    }
+
+    /// A speed of 0 is a pause, and any other ends it.
+    fn set_speed(&mut self, speed: f64) {
+        let now = Instant::now();
+        if speed == 0.0 {
+            self.stage.pause();
+        } else {
+            self.stage.time.set_rate(speed, now);
+            self.stage.play(now);
+            let rate = ParameterValue::Double(speed);
+            self.parameters.put("rate", rate.clone());
+            self.tell_parameters(Vec::new(), vec![("rate".to_owned(), rate)]);
         }
     }
 
@@ -256,6 +323,7 @@ impl<'a> Runner<'a> {
                     Err(error) => self.complaints.refuse(&topic, Cause::from(&error), &error),
                 }
             }
+            Input::Wire(batch) => self.play(&batch),
             Input::Clock(received) => {
                 if let Some(clock) = self.read("/clock", received) {
                     self.hear_clock(clock.clock);
@@ -432,6 +500,7 @@ impl<'a> Runner<'a> {
             self.stall = None;
             self.live.restart();
             self.outputs.restart();
+            self.wire.iter_mut().for_each(Wire::restart);
             self.status.restart(self.stage.world().arena(), Instant::now());
             self.tell_time();
         }
@@ -465,14 +534,22 @@ impl<'a> Runner<'a> {
 
     /// Brings the arena to the present and gives it the command there.
     fn command(&mut self, command: Command, source: Option<Source>) -> Outcome {
-        let present = self.stage.time.due(Instant::now());
-        if self.arena().is_some() {
-            let before = self.step(None, present);
-            self.arena_outcome(&before);
-        }
+        let present = self.to_present();
         let outcome = self.step(Some((command, source)), present);
         self.arena_outcome(&outcome);
         outcome
+    }
+
+    /// Brings the arena to the present, which is returned, s.
+    fn to_present(&mut self) -> f64 {
+        let now = Instant::now();
+        self.see(now);
+        let present = self.stage.time.due(now);
+        if self.arena().is_some() {
+            let outcome = self.step(None, present);
+            self.arena_outcome(&outcome);
+        }
+        present
     }
 
     fn step(&mut self, command: Option<(Command, Option<Source>)>, advance_to: f64) -> Outcome {

@@ -14,7 +14,7 @@ use crate::messages::Header;
 use crate::scene::file::is_token;
 use crate::scene::{Puck, Scene};
 use crate::world::{
-    Command, Disc, DiscId, Instants, NotDone, Outcome, Owner, Settings, Walls, World, limits,
+    Command, Disc, DiscId, Drive, Instants, NotDone, Outcome, Owner, Settings, Walls, World, limits,
 };
 
 /// What the simulation does, as simulation_interfaces has it.
@@ -249,6 +249,51 @@ impl Stage {
         self.ask(Command::PlacePuck { id, position: at, velocity })
     }
 
+    /// Pucks that are there are like this from now on, all at once: where they stand in each other's
+    /// way now, they may not then. Those that are driven go on as they look, with no command.
+    ///
+    /// # Errors
+    /// [`NotDone`]; all are as before then, but for their commands.
+    pub fn replace(&mut self, discs: &[Disc]) -> Result<(), NotDone> {
+        let ids: HashSet<DiscId> = discs.iter().map(|disc| disc.id).collect();
+        let as_is: Vec<(Disc, Option<Drive>)> = self
+            .now()
+            .into_iter()
+            .filter(|(_, disc)| ids.contains(&disc.id))
+            .map(|(_, disc)| (disc, self.drive_as_it_looks(disc.id)))
+            .collect();
+        for id in &ids {
+            self.ask(Command::RemovePuck { id: *id })?;
+        }
+        let added: Result<(), NotDone> =
+            discs.iter().try_for_each(|disc| self.ask(Command::AddPuck(*disc)));
+        if added.is_err() {
+            for (disc, _) in &as_is {
+                // Of those that were added some are there.
+                let _ = self.ask(Command::RemovePuck { id: disc.id });
+            }
+            // Where they have been there is room.
+            as_is.iter().try_for_each(|(disc, _)| self.ask(Command::AddPuck(*disc)))?;
+        }
+        for (disc, drive) in &as_is {
+            drive.iter().for_each(|drive| self.give(disc.id, *drive));
+        }
+        if added.is_ok() {
+            for puck in &mut self.pucks {
+                if let Some(disc) = discs.iter().find(|disc| disc.id == puck.disc.id) {
+                    (puck.disc.radius, puck.disc.mass) = (disc.radius, disc.mass);
+                }
+            }
+        }
+        added
+    }
+
+    /// What a driven puck can, looking where it looks now.
+    fn drive_as_it_looks(&self, id: DiscId) -> Option<Drive> {
+        let (drive, pose) = (self.world.drive_of(id)?, self.world.pose(id)?);
+        Some(Drive { heading: pose.heading, ..drive })
+    }
+
     /// Goes back to the beginning, in part or in all. Observed circles are forgotten where time is.
     ///
     /// # Errors
@@ -336,7 +381,10 @@ impl Stage {
     }
 
     /// One command, between two steps.
-    fn ask(&mut self, command: Command) -> Result<(), NotDone> {
+    ///
+    /// # Errors
+    /// [`NotDone`]; nothing is changed then.
+    pub fn ask(&mut self, command: Command) -> Result<(), NotDone> {
         let reached = self.world.arena().map_or(0.0, |arena| arena.now());
         // What is heard now is not what makes circles stale.
         let instants = Instants { heard_at: f64::NEG_INFINITY, advance_to: reached };
@@ -380,10 +428,13 @@ impl Stage {
     /// A puck that has come follows its commands, if it is driven.
     fn drive(&mut self, puck: &Puck) {
         if puck.driven {
-            let (id, drive) = (puck.disc.id, puck.drive);
-            self.note(|| Entry::Driven { id, drive: DriveLine::new(&drive) });
-            self.world.drive(id, drive);
+            self.give(puck.disc.id, puck.drive);
         }
+    }
+
+    fn give(&mut self, id: DiscId, drive: Drive) {
+        self.note(|| Entry::Driven { id, drive: DriveLine::new(&drive) });
+        self.world.drive(id, drive);
     }
 
     /// To where the scene has them.
