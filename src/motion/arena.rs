@@ -160,6 +160,11 @@ impl Arena {
         discs.into_iter()
     }
 
+    /// A simulated disc as it is now.
+    pub fn disc(&self, id: DiscId) -> Option<Disc> {
+        self.discs(Owner::Simulated).find(|disc| disc.id == id)
+    }
+
     /// Kinetic energy of the simulated discs, J.
     pub fn kinetic_energy(&self) -> f64 {
         each!(self, method => method.kinetic_energy())

@@ -487,7 +487,7 @@ mod tests {
     fn speed(stage: &mut Stage) -> f64 {
         let begin = stage.world().arena().map_or(0.0, |arena| arena.now());
         let (id, heard_at) = (stage.pucks()[0].disc.id, f64::NEG_INFINITY);
-        let wanted = Wanted { linear: DVec2::X, angular: 0.0 };
+        let wanted = Wanted { linear: DVec2::X, ..Wanted::default() };
         let asked = Some((Command::Drive { id, wanted }, None));
         stage.step(asked, Instants { heard_at, advance_to: begin });
         stage.step(None, Instants { heard_at, advance_to: begin + 0.1 });

@@ -373,6 +373,7 @@ impl<'a> Reader<'a> {
             turn_max: limit("turn_max", &file.turn_max)?,
             turn_acceleration_max: limit("turn_acceleration_max", &file.turn_acceleration_max)?,
             heading: self.number("heading", &file.heading, 0.0, turn, "a turn at most, in rad")?,
+            ..Drive::default()
         };
         Ok((driven, drive))
     }

@@ -4,7 +4,7 @@ use glam::DVec2;
 
 use super::contact::Contact;
 use super::disc::{Defect, Disc, DiscId};
-use super::drives::Wanted;
+use super::drives::{Drive, Wanted};
 use crate::detect::TooManyPairs;
 use crate::motion::arena::Halt;
 
@@ -26,6 +26,43 @@ pub enum Command {
         id: DiscId,
         /// Where to.
         wanted: Wanted,
+    },
+    /// A robot kicks along its heading, if a ball is in the mouth of its [kicker](super::Kicker) at
+    /// this instant; or else nothing happens.
+    Kick {
+        /// The robot.
+        id: DiscId,
+        /// Speed of the ball along the heading, m/s, 0 or more; above what the kicker can, that.
+        speed: f64,
+    },
+    /// The dribbler of a robot runs from now on, or does not. A command time-out stops it.
+    Dribble {
+        /// The robot.
+        id: DiscId,
+        /// Whether it runs.
+        on: bool,
+    },
+    /// A robot looks elsewhere from now on.
+    Turn {
+        /// The robot.
+        id: DiscId,
+        /// rad
+        heading: f64,
+        /// rad/s
+        turn: f64,
+    },
+    /// A robot has other limits from now on; [`Drive::heading`] is not looked at.
+    SetDrive {
+        /// The robot.
+        id: DiscId,
+        /// What it can.
+        drive: Drive,
+    },
+    /// A ball rolls from now on: its spin fits its velocity. [`Command::PlacePuck`] leaves it
+    /// without spin, so that it slides first; [`Command::SetVelocity`] leaves the spin as it is.
+    Roll {
+        /// The ball.
+        id: DiscId,
     },
     /// One more simulated puck, from now on.
     AddPuck(Disc),
@@ -132,6 +169,12 @@ pub enum NotDone {
     /// There is no such puck.
     #[error("no puck has id {0}; see arena_states for those that are there")]
     Unknown(DiscId),
+    /// It is no robot.
+    #[error("puck {0} is not driven; give it a drive in the scene")]
+    NotDriven(DiscId),
+    /// It is no ball.
+    #[error("puck {0} is no ball; only a scene's ball slides and rolls")]
+    NoBall(DiscId),
     /// It would overlap a disc.
     #[error("the puck would overlap disc {0}; part them, or let them just touch")]
     Overlaps(DiscId),

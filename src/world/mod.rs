@@ -4,22 +4,25 @@
 //! to whoever reports it: the world never moves it, it says what its velocity must be after its
 //! contacts. Without pucks there is no arena and nothing to advance: a pure resolver.
 
+mod ball;
 mod command;
 mod contact;
 mod disc;
 mod drives;
 mod observed;
 mod periodic;
+mod play;
 mod walls;
 
 pub mod limits;
 
 use std::collections::HashSet;
 
+pub use ball::{Ball, BallMotion};
 pub use command::{Answer, Command, Instants, NotDone, Outcome, Refusal, Report};
 pub use contact::{Contact, Partner};
 pub use disc::{Defect, Disc, DiscId};
-pub use drives::{Drive, Model, Pose, Wanted};
+pub use drives::{Drive, Frame, HOLD_GAP_M, Kicker, Model, Pose, Wanted};
 pub use periodic::Periodic;
 pub use walls::{Side, Walls};
 
@@ -149,6 +152,32 @@ impl World {
         self.drives.add(id, drive);
     }
 
+    /// A puck is a ball from now on: it slides, rolls and stops. Its velocity is that of a ball
+    /// without spin.
+    pub fn add_ball(&mut self, id: DiscId, ball: Ball) {
+        let Some(arena) = &mut self.arena else { return };
+        let Some(disc) = arena.disc(id) else { return };
+        let velocity = self.drives.add_ball(&disc, ball, arena.now());
+        arena.set_velocity(id, velocity);
+    }
+
+    /// How a ball moves now, at this very instant: the arena has the mean velocity of the tick.
+    pub fn ball(&self, id: DiscId) -> Option<BallMotion> {
+        let arena = self.arena.as_ref()?;
+        self.drives.motion(&arena.disc(id)?, arena.now())
+    }
+
+    /// Whether a ball is in the mouth of a robot: it can kick it.
+    pub fn has_ball(&self, id: DiscId) -> bool {
+        let discs = self.arena.as_ref().map(|arena| arena.discs(Owner::Simulated).collect());
+        discs.is_some_and(|discs: Vec<Disc>| self.drives.in_mouth(id, &discs).is_some())
+    }
+
+    /// What a driven puck can.
+    pub fn drive_of(&self, id: DiscId) -> Option<Drive> {
+        self.drives.drive(id)
+    }
+
     /// Heading and turning rate of a driven puck.
     pub fn pose(&self, id: DiscId) -> Option<Pose> {
         self.drives.pose(id)
@@ -244,11 +273,21 @@ impl World {
             (None, _) => return Err(NotDone::NoArena),
         };
         match *command {
-            Command::SetVelocity { id, velocity } => arena.set_velocity(id, velocity),
-            Command::Drive { id, wanted } => {
-                let at_once = self.drives.command(id, wanted, arena.now());
-                at_once.into_iter().for_each(|velocity| arena.set_velocity(id, velocity));
+            Command::SetVelocity { id, velocity } => {
+                arena.set_velocity(id, velocity);
+                self.drives.let_go(arena, id, None);
             }
+            Command::Drive { id, wanted } => {
+                if let Some(velocity) = self.drives.command(id, wanted, arena.now()) {
+                    arena.set_velocity(id, velocity);
+                    self.drives.let_go(arena, id, None);
+                }
+            }
+            Command::Kick { .. }
+            | Command::Dribble { .. }
+            | Command::Turn { .. }
+            | Command::SetDrive { .. }
+            | Command::Roll { .. } => play::play(&mut self.drives, arena, command)?,
             Command::AddPuck(puck) => {
                 if self.pucks.len() >= limits::PUCKS_PER_SCENE {
                     return Err(NotDone::TooMany);
@@ -264,7 +303,10 @@ impl World {
                 self.pucks.remove(&id);
                 self.drives.remove(id);
             }
-            Command::PlacePuck { id, position, velocity } => arena.place(id, position, velocity)?,
+            Command::PlacePuck { id, position, velocity } => {
+                arena.place(id, position, velocity)?;
+                self.drives.let_go(arena, id, Some(DVec2::ZERO));
+            }
             Command::MoveWalls { min, max } => {
                 arena.move_walls(min, max)?;
                 let moved = |walls: Walls| Walls { min, max, ..walls };
@@ -331,15 +373,22 @@ impl World {
     /// Advance: moves the arena on; contacts with observed circles become corrections.
     fn advance(&mut self, until: f64, outcome: &mut Outcome) {
         let Some(arena) = &mut self.arena else { return };
+        let mut noted = 0;
         while let (Some(tick), None) = (self.drives.due(arena.now(), until), outcome.stall) {
             outcome.stall = arena.advance(tick, &mut outcome.contacts).err();
-            if outcome.stall.is_none() {
-                let driven = self.drives.follow(tick, arena.discs(Owner::Simulated));
-                driven.into_iter().for_each(|(id, velocity)| arena.set_velocity(id, velocity));
+            self.drives.note(&outcome.contacts[noted..]);
+            noted = outcome.contacts.len();
+            // A storm of contacts may have kept it from getting there.
+            if outcome.stall.is_some() || arena.now() < tick {
+                break;
             }
+            let discs: Vec<Disc> = arena.discs(Owner::Simulated).collect();
+            let driven = self.drives.follow(tick, &discs);
+            driven.into_iter().for_each(|(id, velocity)| arena.set_velocity(id, velocity));
         }
-        if outcome.stall.is_none() {
+        if outcome.stall.is_none() && self.drives.due(arena.now(), until).is_none() {
             outcome.stall = arena.advance(until, &mut outcome.contacts).err();
+            self.drives.note(&outcome.contacts[noted..]);
         }
         if self.observed.discs().is_empty() {
             return;

@@ -1,5 +1,6 @@
 //! Tests of everything but the node: laws first, then judges, then golden values.
 
+mod ball;
 mod budget;
 mod common;
 mod detect;
