@@ -9,7 +9,7 @@ mod sockets;
 
 use std::collections::VecDeque;
 use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4};
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use futures::stream::LocalBoxStream;
 use tokio::net::UdpSocket;
@@ -123,8 +123,8 @@ pub struct Wire {
     frames: u32,
     /// s of simulated time.
     next_geometry: f64,
-    /// Unix time of simulated time 0, s.
-    epoch: f64,
+    /// Unix time of simulated time 0, s; known from the first frame on.
+    epoch: Option<f64>,
     /// Simulated time of the last frame, s.
     last: f64,
     /// Frames that are delayed: when they are due (s of simulated time), where to, and what.
@@ -150,7 +150,6 @@ impl Wire {
         let Ports { options, listening, out } = ports;
         let streams = listening.into_iter().map(|(purpose, socket)| batches(socket, purpose));
         let streams = streams.collect::<Result<Vec<_>, _>>()?;
-        let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         let wire = Self {
             cameras: Cameras::new(options.cameras, &options.field),
             book: Book::new(options.field),
@@ -159,10 +158,10 @@ impl Wire {
             next: 0,
             frames: 0,
             next_geometry: 0.0,
-            epoch: since.as_secs_f64(),
+            epoch: None,
             last: 0.0,
             waiting: VecDeque::new(),
-            uuid: uuid(since.as_nanos() ^ u128::from(std::process::id()) << 64),
+            uuid: uuid(unix_time().as_nanos() ^ u128::from(std::process::id()) << 64),
             options,
         };
         Ok((wire, streams))
@@ -279,11 +278,7 @@ impl Wire {
                 self.next += 1;
             }
         }
-        while let Some((due, _, _)) = self.waiting.front()
-            && *due <= now
-        {
-            let (_, to, datagram) =
-                self.waiting.pop_front().unwrap_or((0.0, self.options.vision, Vec::new()));
+        while let Some((_, to, datagram)) = self.waiting.pop_front_if(|(due, _, _)| *due <= now) {
             if let Err(error) = self.out.try_send_to(&datagram, to.into()) {
                 complaints.unsent("wire", &format_args!("to {to}: {error}"));
             }
@@ -296,7 +291,8 @@ impl Wire {
         }
         self.last = view.time;
         let WireOptions { field, vision, tracked, realism, .. } = self.options;
-        let capture = self.epoch + view.time;
+        let began = || unix_time().as_secs_f64() - view.time;
+        let capture = *self.epoch.get_or_insert_with(began) + view.time;
         let due = view.time + realism.delay_s;
         let number = self.frames;
         self.frames = self.frames.wrapping_add(1);
@@ -318,7 +314,7 @@ impl Wire {
 
     /// Simulated time has begun anew: time stamps go on all the same.
     pub fn restart(&mut self) {
-        self.epoch += self.last;
+        self.epoch = self.epoch.map(|epoch| epoch + self.last);
         (self.last, self.next_geometry, self.next) = (0.0, 0.0, 0);
         self.waiting.clear();
     }
@@ -332,13 +328,12 @@ fn things(view: &View, stage: &Stage) -> geometry::Things {
 }
 
 /// How the ball slows down, as geometry has it.
-fn ball(stage: &Stage) -> Option<SslBallModelStraightTwoPhase> {
-    let ball = stage.puck(BALL)?.ball?;
-    Some(SslBallModelStraightTwoPhase {
-        acc_slide: -ball.sliding,
-        acc_roll: -ball.rolling,
-        k_switch: ball.switch_ratio,
-    })
+fn ball(_stage: &Stage) -> Option<SslBallModelStraightTwoPhase> {
+    None
+}
+
+fn unix_time() -> Duration {
+    SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default()
 }
 
 fn too_long(datagram: &[u8]) -> Option<Faults> {

@@ -260,7 +260,7 @@ fn move_all(stage: &mut Stage, mut waiting: Vec<PlaceRobot>, faults: &mut Faults
     }
     for place in waiting {
         let why = move_one(stage, &place).err().or(why);
-        why.into_iter().for_each(|why| drop(report(faults, place.name, Err(why))));
+        report(faults, place.name, why.map_or(Ok(()), Err));
     }
 }
 
