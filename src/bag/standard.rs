@@ -54,6 +54,25 @@ pub const STANDARD: &[(&str, &str)] = &[
          string string_value\nbyte[] byte_array_value\nbool[] bool_array_value\n\
          int64[] integer_array_value\nfloat64[] double_array_value\nstring[] string_array_value\n",
     ),
+    (
+        "robocup_ssl_msgs/msg/KickedBall",
+        "Vector2 pos\nVector3 vel\nfloat64 start_timestamp\nfloat64[<=1] stop_timestamp\nVector2[<=1] stop_pos\nRobotId[<=1] robot_id\n",
+    ),
+    ("robocup_ssl_msgs/msg/RobotId", "uint32 id\nuint32 team_color\n"),
+    (
+        "robocup_ssl_msgs/msg/TrackedBall",
+        "Vector3 pos\nVector3[<=1] vel\nfloat32[<=1] visibility\n",
+    ),
+    (
+        "robocup_ssl_msgs/msg/TrackedFrame",
+        "uint32 frame_number\nfloat64 timestamp\nTrackedBall[] balls\nTrackedRobot[] robots\nKickedBall[<=1] kicked_ball\nuint32[] capabilities\n",
+    ),
+    (
+        "robocup_ssl_msgs/msg/TrackedRobot",
+        "RobotId robot_id\nVector2 pos\nfloat32 orientation\nVector2[<=1] vel\nfloat32[<=1] vel_angular\nfloat32[<=1] visibility\n",
+    ),
+    ("robocup_ssl_msgs/msg/Vector2", "float32 x\nfloat32 y\n"),
+    ("robocup_ssl_msgs/msg/Vector3", "float32 x\nfloat32 y\nfloat32 z\n"),
     ("rosgraph_msgs/msg/Clock", "builtin_interfaces/Time clock\n"),
     ("sensor_msgs/msg/CompressedImage", "std_msgs/Header header\nstring format\nuint8[] data\n"),
     ("std_msgs/msg/Bool", "bool data\n"),

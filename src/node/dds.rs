@@ -40,7 +40,7 @@ use super::simulation::wire::{StepsFeedback, StepsGoal, StepsResult};
 use crate::bag::qos::Qos;
 use crate::messages::{
     CircleStates, CircleVelocities, Clock, Contacts, DiagnosticArray, ErrorReport, MarkerArray,
-    Odometry, Twist, TwistStamped,
+    Odometry, TrackedFrame, Twist, TwistStamped,
 };
 
 /// Largest domain whose ports fit into 16 bits; RustDDS overflows silently above it.
@@ -188,6 +188,7 @@ ros_messages! {
     "rosgraph_msgs" Clock
     "rcl_interfaces" ParameterEvent
     "rcl_interfaces" Log
+    "robocup_ssl_msgs" TrackedFrame
 }
 
 /// One ROS node on a DDS participant of its own. Drop it last; dropping it leaves the graph.

@@ -8,6 +8,7 @@
 //! | `inputs` | all that arrives, as one stream |
 //! | `runner` | the loop: it steps the stage, at once for a message and at every tick |
 //! | [`wire`] | teams' own software, on their leagues' protocols |
+//! | `soccer` | what trackers of robot soccer see, in and out |
 //! | `robots` | robots that tell their own odometry, as circles |
 //! | `stage`, `timeline`, `pace` | the world with its pucks by name, and which time it is there |
 //! | `parameters`, `simulation` | the standard services |
@@ -39,6 +40,7 @@ mod rosout;
 mod runner;
 mod service;
 mod simulation;
+mod soccer;
 mod stage;
 mod start;
 mod status;
@@ -208,6 +210,7 @@ fn parameters(scene: &mut Scene, options: &RunOptions) -> Result<Parameters, Str
     let record = record.as_ref().map(|folder| folder.display().to_string());
     all.push(declared::of_the_bag(record.unwrap_or_default()));
     all.extend(declared::of_robots(&values));
+    all.extend(soccer::parameters(&scene.pucks));
     let parameters = Parameters::new(all, &start.names.to_string(), &values)?;
     declared::apply(&parameters, scene)?;
     Ok(parameters)

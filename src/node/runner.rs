@@ -22,12 +22,13 @@ use super::robots::Robots;
 use super::rosout::Rosout;
 use super::simulation::services::{self as simulation_services, Effect, Request};
 use super::simulation::steps::{Steps, Telling};
+use super::soccer::Soccer;
 use super::stage::{Source, Stage};
 use super::status::Status;
 use super::timeline::Timeline;
 use super::wire::{Batch, Wire};
 use super::{NodeError, RunOptions, Stop};
-use crate::messages::{CircleStates, Header, Odometry, Time};
+use crate::messages::{CircleStates, Header, Odometry, Time, TrackedFrame};
 use crate::motion::arena::{Arena, Halt};
 use crate::publish::error_report::Totals;
 use crate::receive::{self, Cause, Standing};
@@ -48,6 +49,7 @@ pub struct Runner<'a> {
     stage: Stage,
     steps: Steps,
     robots: Robots,
+    soccer: Soccer,
     parameters: Parameters,
     /// The node's whole name.
     name: String,
@@ -88,6 +90,8 @@ impl<'a> Runner<'a> {
         let steps = Steps::open(ros)?;
         let robots = Robots::open(ros, &parameters)?;
         inputs.hear(ros, &robots)?;
+        let soccer = Soccer::open(ros, &parameters)?;
+        inputs.track(ros, soccer.heard())?;
         inputs.add(steps.requests().map(Input::Steps).boxed_local());
         Ok(Self {
             ros,
@@ -98,6 +102,7 @@ impl<'a> Runner<'a> {
             stage: Stage::new(scene, time),
             steps,
             robots,
+            soccer,
             parameters,
             name: options.start.names.to_string(),
             end: seconds,
@@ -219,6 +224,7 @@ impl<'a> Runner<'a> {
         let reached = self.arena().map_or(0.0, |arena| arena.now());
         if self.stage.time.reach(reached, self.stepped_at) {
             self.outputs.tick(&self.stage, &mut self.complaints);
+            self.soccer.tick(&self.stage, self.outputs.peers(), &mut self.complaints);
             self.stall = None;
             let told = self.steps.made_one();
             self.tell(told);
@@ -295,6 +301,7 @@ impl<'a> Runner<'a> {
             self.complaints.say("types", &line);
         }
         let freed = self.outputs.free(self.ros).and_then(|()| self.robots.free(self.ros));
+        let freed = freed.and_then(|()| self.soccer.free(self.ros));
         if let Err(error) = freed {
             self.complaints.say("publishers", &error);
         }
@@ -314,6 +321,12 @@ impl<'a> Runner<'a> {
                 match receive::standing(&odom) {
                     Ok(standing) => self.hear_robot(&topic, id, (odom, standing)),
                     Err(error) => self.complaints.refuse(&topic, Cause::from(&error), &error),
+                }
+            }
+            Input::Tracked(received) => {
+                let topic = self.soccer.heard().unwrap_or_default().to_owned();
+                if let Some(frame) = self.read(&topic, *received) {
+                    self.hear_tracker(&topic, frame);
                 }
             }
             Input::Velocity { topic, id, received } => {
@@ -382,7 +395,32 @@ impl<'a> Runner<'a> {
         self.answer(topic, &header, report, Some(Source::Made(header.clone())));
     }
 
-    fn answer(&mut self, topic: &str, header: &Header, report: Report, source: Option<Source>) {
+    /// Everything that a tracker sees is a circle that somebody else owns.
+    fn hear_tracker(&mut self, topic: &str, frame: TrackedFrame) {
+        if !frame.timestamp.is_finite() {
+            let what = format_args!("timestamp is {}: must be finite", frame.timestamp);
+            return self.complaints.refuse(topic, Cause::NotFinite, &what);
+        }
+        let report = self.soccer.report(&frame, &mut self.complaints);
+        let (stamp, frame_id) =
+            (Time::from_seconds(report.time), self.stage.scene().node.frame_id.clone());
+        let header = Header { stamp, frame_id };
+        let source = Some(Source::Made(header.clone()));
+        let velocities = self.answer(topic, &header, report, source);
+        let Self { soccer, outputs, complaints, .. } = self;
+        outputs.update_peers();
+        soccer.correct(frame, &velocities, outputs.peers(), complaints);
+    }
+
+    /// Answers a report; the velocities of those that touched.
+    fn answer(
+        &mut self,
+        topic: &str,
+        header: &Header,
+        report: Report,
+        source: Option<Source>,
+    ) -> Vec<(DiscId, DVec2)> {
+        let mut velocities = Vec::new();
         for answer in self.command(Command::Observe(report), source).answers {
             for (id, reason) in &answer.refused {
                 let what = format_args!("circle {id}: {reason}");
@@ -395,8 +433,10 @@ impl<'a> Runner<'a> {
             if !answer.contacts.is_empty() {
                 self.outputs.answer(header, &answer, &mut self.complaints);
                 self.correct_robots(header, &answer.velocities);
+                velocities.extend(answer.velocities);
             }
         }
+        velocities
     }
 
     fn correct_robots(&mut self, header: &Header, velocities: &[(DiscId, DVec2)]) {

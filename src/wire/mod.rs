@@ -13,6 +13,7 @@
 //! | [`specs`] | what a robot is: wheels, limits, kicker |
 //! | [`field`], [`geometry`] | the field of a league, and how it is told |
 //! | [`vision`], [`realism`] | cameras, and how badly they see |
+//! | [`frames`] | the same on topics of ROS 2, in and out |
 //! | [`tracked`] | positions and velocities as a tracker tells them |
 //!
 //! Everything here is a function of its arguments: the node has the sockets and the clock. A
@@ -40,6 +41,8 @@ pub mod vision;
 pub mod realism;
 
 pub mod tracked;
+
+pub mod frames;
 
 mod fault;
 

@@ -92,6 +92,9 @@ pub const PUBLISH_RATE_HZ: f64 = 60.0;
 /// First id of robots that report themselves by `odom`: below those of pucks.
 pub const FIRST_ROBOT_ID: u32 = 900_000;
 
+/// First id of robots and balls of tracked frames: below those of pucks.
+pub const FIRST_PLAYER_ID: u32 = 950_000;
+
 /// First id of pucks that a scene does not number: far above what publishers tend to use.
 pub const FIRST_PUCK_ID: u32 = 1_000_000;
 

@@ -113,11 +113,13 @@ class Listener:
         finally:
             self.socket.settimeout(TIMEOUT_S)
 
-    def until(self, condition, what, timeout_s=TIMEOUT_S):
-        """The first packet from now on of which this holds."""
+    def until(self, condition, what, each=None, timeout_s=TIMEOUT_S):
+        """The first packet from now on of which this holds; `each` is called before each."""
         self.drain()
         deadline = time.monotonic() + timeout_s
         while time.monotonic() < deadline:
+            if each:
+                each()
             message = self.next()
             if condition(message):
                 return message

@@ -26,6 +26,7 @@ use crate::wire::{
     BALL, Code, Faults, RobotName, Team, View, geometry, limits, robots, tracked, vsss,
 };
 use perform::Book;
+pub(super) use perform::view;
 pub use sockets::{Batch, Way};
 use sockets::{Purpose, batches, listen, sender};
 
@@ -278,7 +279,8 @@ impl Wire {
                 self.next += 1;
             }
         }
-        while let Some((_, to, datagram)) = self.waiting.pop_front_if(|(due, _, _)| *due <= now) {
+        while self.waiting.front().is_some_and(|(due, _, _)| *due <= now) {
+            let Some((_, to, datagram)) = self.waiting.pop_front() else { break };
             if let Err(error) = self.out.try_send_to(&datagram, to.into()) {
                 complaints.unsent("wire", &format_args!("to {to}: {error}"));
             }

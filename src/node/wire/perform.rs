@@ -41,22 +41,7 @@ impl Book {
 
     /// The game as it is.
     pub fn view(&self, stage: &Stage) -> View {
-        let world = stage.world();
-        let time = world.arena().map_or(0.0, |arena| arena.now());
-        let mut view = View { time, ..View::default() };
-        for (puck, Disc { id, position, velocity, radius, .. }) in stage.now() {
-            if puck.name == BALL {
-                let velocity = world.ball(id).map_or(velocity, |motion| motion.velocity);
-                view.ball = Some((position, velocity));
-            } else if let Some(name) = RobotName::of_puck(&puck.name) {
-                let Pose { heading, turn } = world.pose(id).unwrap_or_default();
-                let height = self.specs(name).height;
-                let seen = Seen { name, position, velocity, heading, turn, radius, height };
-                view.robots.push(seen);
-            }
-        }
-        view.robots.sort_unstable_by_key(|robot| robot.name);
-        view
+        view(stage, |name| self.specs(name).height)
     }
 
     /// Gives robots their orders.
@@ -173,6 +158,25 @@ impl Book {
         }
         have_changed
     }
+}
+
+/// The game as it is on a stage, with robots so high (m).
+pub fn view(stage: &Stage, height: impl Fn(RobotName) -> f64) -> View {
+    let world = stage.world();
+    let time = world.arena().map_or(0.0, |arena| arena.now());
+    let mut view = View { time, ..View::default() };
+    for (puck, Disc { id, position, velocity, radius, .. }) in stage.now() {
+        if puck.name == BALL {
+            let velocity = world.ball(id).map_or(velocity, |motion| motion.velocity);
+            view.ball = Some((position, velocity));
+        } else if let Some(name) = RobotName::of_puck(&puck.name) {
+            let Pose { heading, turn } = world.pose(id).unwrap_or_default();
+            let height = height(name);
+            view.robots.push(Seen { name, position, velocity, heading, turn, radius, height });
+        }
+    }
+    view.robots.sort_unstable_by_key(|robot| robot.name);
+    view
 }
 
 fn robot(stage: &Stage, name: RobotName) -> Option<&Puck> {
