@@ -261,7 +261,7 @@ struct AuditArguments {
 #[derive(Args)]
 struct RunArguments {
     /// A scene file, or the name of a shipped scene: arena, break_shot, newtons_cradle, head_on,
-    /// thousand, teams, resolver [default: arena].
+    /// thousand, teams, ssl-a, ssl-b, vsss-3v3, vsss-5v5, league-2d, resolver [default: arena].
     #[arg(value_name = "SCENE")]
     scene: Option<String>,
     /// End after so many seconds of simulated time (of wall time without pucks).

@@ -372,7 +372,9 @@ impl Stage {
             return Err(NotDone::Defect(defect));
         }
         let inside = |walls: &Walls| walls.contain(disc.position, disc.radius);
-        if !self.scene.settings.walls.as_ref().is_none_or(inside) {
+        let Settings { walls, segments, .. } = &self.scene.settings;
+        let is_in_segment = segments.is_some_and(|segments| segments.refuse(&disc, walls.as_ref()));
+        if is_in_segment || !walls.as_ref().is_none_or(inside) {
             return Err(NotDone::OutsideWalls);
         }
         self.world = World::new(self.scene.settings, &[disc]);
@@ -418,8 +420,8 @@ impl Stage {
             }
         }
         self.pucks = pucks.into_iter().map(|(puck, _)| puck).collect();
-        let driven: Vec<Puck> = self.pucks.iter().filter(|puck| puck.driven).cloned().collect();
-        driven.iter().for_each(|puck| self.drive(puck));
+        let all = self.pucks.clone();
+        all.iter().for_each(|puck| self.drive(puck));
         let left: HashSet<DiscId> = self.pucks.iter().map(|puck| puck.disc.id).collect();
         self.spawned.retain(|id| left.contains(id));
         Ok(())
@@ -427,6 +429,11 @@ impl Stage {
 
     /// A puck that has come follows its commands, if it is driven.
     fn drive(&mut self, puck: &Puck) {
+        if let Some(ball) = puck.ball {
+            let id = puck.disc.id;
+            self.note(|| Entry::Ball { id, ball });
+            self.world.add_ball(id, ball);
+        }
         if puck.driven {
             self.give(puck.disc.id, puck.drive);
         }

@@ -3,14 +3,14 @@
 //! With velocity `v` and spin `u` (angular velocity times radius, as a vector along the ground; it
 //! rolls where `u = v`) and slip `s = v - u`: while it slides, `v' = -a s/|s|` and
 //! `u' = (k / (1 - k)) a s/|s|`, so the slip keeps its direction and is gone after
-//! `(1 - k) |s| / a`, with `v = u = k v0 + (1 - k) u0`. Then `v' = -b v/|v|` until it stands, for
-//! good. `k` is the part of its speed that a ball kicked without spin has left when it begins to
+//! `(1 - k) |s| / a`, with `v = u = k v0 + (1 - k) u0`. Then `v' = -b v/|v| - c v` until it stands,
+//! for good; `c` is 0 but in a league that has it. `k` is the part of its speed that a ball kicked without spin has left when it begins to
 //! roll: 5/7 for a massive sphere, 3/5 for a hollow one. Both phases have closed forms.
 //!
 //! An arena flies straight between control ticks, so a ball gets at each tick the velocity that
 //! brings it to where the closed form has it at the next, with a change of phase or a stop in
 //! between: at ticks it is where it should be, to rounding that does not grow, as long as it meets
-//! nobody. Within a tick it is off the curve by `a tick^2 / 8` at most (4e-7 m at 3 m/s^2 and 1 ms),
+//! nobody. Within a tick it is off the curve by `a tick^2 / 8` at most (4e-7 m at 3 m/s^2, 1 ms),
 //! and a collision sees the mean velocity of the tick, `a tick / 2` from the true one (1.5 mm/s). A
 //! collision changes `v` and leaves `u`: there is no friction between discs. After it the ball flies
 //! straight until the tick ends, `a tick^2 / 2` from the curve at most (1.5e-6 m), and slows down
@@ -29,6 +29,9 @@ pub struct Ball {
     pub sliding: f64,
     /// Deceleration while it rolls, m/s^2; 0 or more.
     pub rolling: f64,
+    /// Drag while it rolls, besides, 1/s; 0 or more.
+    #[serde(default)]
+    pub drag: f64,
     /// Part of its speed that a ball kicked without spin has when it begins to roll, above 0 and at
     /// most 1.
     pub switch_ratio: f64,
@@ -37,7 +40,7 @@ pub struct Ball {
 impl Default for Ball {
     /// As TIGERs Mannheim have it for the ball of the Small Size League.
     fn default() -> Self {
-        Self { sliding: 3.0, rolling: 0.26, switch_ratio: 0.64 }
+        Self { sliding: 3.0, rolling: 0.26, drag: 0.0, switch_ratio: 0.64 }
     }
 }
 
@@ -83,6 +86,9 @@ impl Ball {
 
     fn roll(&self, velocity: DVec2, time: f64) -> (BallMotion, DVec2) {
         let speed = velocity.length();
+        if self.drag > 0.0 && speed > 0.0 {
+            return self.roll_with_drag(velocity, time);
+        }
         if speed <= self.rolling * time {
             // It stands, at last or all the time.
             let rolls_for = if speed > 0.0 { speed / self.rolling } else { 0.0 };
@@ -90,6 +96,26 @@ impl Ball {
         }
         let lost = self.rolling * time / speed;
         (BallMotion::rolling(velocity * (1.0 - lost)), velocity * (time * (1.0 - 0.5 * lost)))
+    }
+}
+
+impl Ball {
+    /// `v' = -b v/|v| - c v`: the speed is `(v + b/c) exp(-c t) - b/c` until that is 0.
+    fn roll_with_drag(&self, velocity: DVec2, time: f64) -> (BallMotion, DVec2) {
+        let steady = self.rolling / (self.drag * velocity.length());
+        let rolls_for = match steady {
+            0.0 => f64::INFINITY,
+            steady => libm::log1p(steady.recip()) / self.drag,
+        };
+        if time >= rolls_for {
+            return (
+                BallMotion::default(),
+                velocity * ((1.0 - steady * self.drag * rolls_for) / self.drag),
+            );
+        }
+        let lost = -libm::expm1(-self.drag * time) * (1.0 + steady);
+        let way = velocity * (lost / self.drag - steady * time);
+        (BallMotion::rolling(velocity * (1.0 - lost)), way)
     }
 }
 

@@ -178,7 +178,7 @@ pub enum NotDone {
     /// It would overlap a disc.
     #[error("the puck would overlap disc {0}; part them, or let them just touch")]
     Overlaps(DiscId),
-    /// It would stand in or beyond a wall.
+    /// It would stand in or beyond a wall or a line segment.
     #[error("the puck would not lie within the walls")]
     OutsideWalls,
     /// It is so wide that it could touch another on two sides of a periodic box.
@@ -196,6 +196,9 @@ pub enum NotDone {
     /// There are no walls to be moved.
     #[error("the arena has no walls; start with a scene that has a box")]
     NoWalls,
+    /// The boundary is made of line segments.
+    #[error("a field of line segments stays where it is; start with another scene")]
+    FixedField,
     /// The new walls are no box, or one without room for the widest puck.
     #[error("the walls must be finite and leave room for every puck")]
     NoRoom,

@@ -374,7 +374,8 @@ impl Robot {
         let distance = seen.length();
         let gap = distance - own.radius - ball.radius;
         let ahead = seen.dot(direction(self.pose.heading));
-        let is_there = gap <= kicker.reach && ahead >= distance * libm::cos(kicker.half_angle);
+        let is_there = gap <= kicker.reach
+            && ahead >= distance * libm::cos(kicker.half_angle.min(std::f64::consts::PI));
         is_there.then_some(gap)
     }
 

@@ -25,6 +25,9 @@ pub const RADIUS_IN_PERIODIC_BOX: f64 = 0.07;
 /// Smallest and largest rate of arena states, 1/s.
 pub const PUBLISH_RATES_HZ: (f64, f64) = (1e-3, 1e5);
 
+/// Most line segments around an arena: they are carried along with its laws.
+pub const SEGMENTS: usize = 64;
+
 /// Largest scene file read, bytes.
 pub const SCENE_FILE_BYTES: u64 = 16 << 20;
 

@@ -12,6 +12,7 @@ mod drives;
 mod observed;
 mod periodic;
 mod play;
+mod segments;
 mod walls;
 
 pub mod limits;
@@ -24,6 +25,7 @@ pub use contact::{Contact, Partner};
 pub use disc::{Defect, Disc, DiscId};
 pub use drives::{Drive, Frame, HOLD_GAP_M, Kicker, Model, Pose, Wanted};
 pub use periodic::Periodic;
+pub use segments::{BadSegment, Segment, Segments};
 pub use walls::{Side, Walls};
 
 use glam::DVec2;
@@ -52,6 +54,9 @@ pub struct Settings {
     pub restitution: f64,
     /// The box around the arena, if there is one.
     pub walls: Option<Walls>,
+    /// Line segments that bound the arena, inside of the walls if there are any; not with gravity,
+    /// drag or a periodic box.
+    pub segments: Option<Segments>,
     /// The periodic box around the arena, if there is one; not with walls or gravity. Observed
     /// circles meet pucks across its border, but not each other.
     pub periodic: Option<Periodic>,
@@ -106,6 +111,7 @@ impl Default for Settings {
         Self {
             restitution: 1.0,
             walls: None,
+            segments: None,
             periodic: None,
             gravity: None,
             drag: 0.0,

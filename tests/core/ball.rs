@@ -70,7 +70,8 @@ fn in_steps(ball: &Ball, mut motion: BallMotion, time: f64, steps: u32) -> (Ball
             motion.spin += change * share;
         } else {
             let rolls = motion.velocity - slip * (1.0 - ball.switch_ratio);
-            let speed = (rolls.length() - ball.rolling * step).max(0.0);
+            let slowing = ball.rolling + ball.drag * rolls.length();
+            let speed = (rolls.length() - slowing * step).max(0.0);
             motion = BallMotion::rolling(rolls.normalize_or_zero() * speed);
         }
         way += 0.5 * (before + motion.velocity) * step;
@@ -85,6 +86,7 @@ fn the_closed_form_is_the_law() {
         let ball = Ball {
             sliding: random.uniform(1.0, 6.0),
             rolling: random.uniform(0.0, 1.0),
+            drag: if random.below(2) == 0 { 0.0 } else { random.uniform(0.0, 1.0) },
             switch_ratio: random.uniform(0.5, 0.9),
         };
         let mut vector = || DVec2::new(random.uniform(-4.0, 4.0), random.uniform(-4.0, 4.0));

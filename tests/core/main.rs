@@ -25,6 +25,7 @@ mod precise;
 mod receive;
 mod resolve;
 mod scene;
+mod segments;
 mod sizes;
 mod springs;
 mod steps;

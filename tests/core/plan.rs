@@ -139,6 +139,7 @@ impl Bits {
             let b = match b {
                 Partner::Disc(id) => u64::from(id),
                 Partner::Wall(side) => u64::MAX - side as u64,
+                Partner::Segment(k) => u64::MAX - 4 - u64::from(k),
             };
             self.contacts.extend([u64::from(a), b]);
             let (approach, impulse) = (contact.approach_speed, contact.impulse);
