@@ -518,16 +518,14 @@ fn run(mut arguments: RunArguments, ros: RosArguments) -> ExitCode {
     } = arguments;
     let scene = scene.unwrap_or_else(|| shipped::DEFAULT.to_owned());
     let rate = rate.unwrap_or(1.0);
-    let wire = match wire.options(&scene) {
-        Ok(wire) => wire,
-        Err(message) => return complain(&message, 2),
-    };
-    let options = RunOptions { scene, start, seconds, rate, record, wire };
-    match load(&options.scene, method.as_deref(), step, keep_all) {
+    let loaded = load(&scene, method.as_deref(), step, keep_all)
+        .and_then(|loaded| Ok((wire.options(&scene, &loaded)?, loaded)));
+    match loaded {
         Err(message) => complain(&message, 2),
-        Ok(mut scene) => {
-            keep_to_budget(&mut scene, Wish { error, budget });
-            match node::run(&scene, &options) {
+        Ok((wire, mut loaded)) => {
+            let options = RunOptions { scene, start, seconds, rate, record, wire };
+            keep_to_budget(&mut loaded, Wish { error, budget });
+            match node::run(&loaded, &options) {
                 Ok(()) => ExitCode::SUCCESS,
                 Err(error) => complain(&error, if error.is_bad_use() { 2 } else { 1 }),
             }

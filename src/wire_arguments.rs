@@ -5,7 +5,8 @@
 use std::net::{Ipv4Addr, SocketAddrV4};
 
 use carom::node::wire::{Way, WireOptions};
-use carom::wire::field::{self, League};
+use carom::scene::Scene;
+use carom::wire::field::{Field, League};
 use carom::wire::realism::Realism;
 use carom::wire::{limits, vision};
 use clap::Args;
@@ -13,10 +14,10 @@ use clap::Args;
 /// Of teams' own software.
 #[derive(Args, Default)]
 pub struct WireArguments {
-    /// Speak to teams' software on their league's own protocol; with the name of a field (ssl-a,
-    /// ssl-b, vsss-3v3, vsss-5v5) for a scene that is not called so.
-    #[arg(long, value_name = "FIELD", num_args = 0..=1, require_equals = true)]
-    #[arg(default_missing_value = "", value_parser = known_field)]
+    /// Speak to teams' software on their league's own protocol; --wire=ssl or --wire=vsss for a scene
+    /// whose name does not begin so.
+    #[arg(long, value_name = "LEAGUE", num_args = 0..=1, require_equals = true)]
+    #[arg(default_missing_value = "", value_parser = ["", "ssl", "vsss"])]
     wire: Option<String>,
     /// Listen on this address; 0.0.0.0 = on all networks [default: 127.0.0.1].
     #[arg(long, value_name = "ADDRESS", requires = "wire")]
@@ -61,13 +62,16 @@ impl WireArguments {
     ///
     /// # Errors
     /// What does not fit, in one line.
-    pub fn options(&self, scene: &str) -> Result<Option<WireOptions>, String> {
+    pub fn options(&self, name: &str, scene: &Scene) -> Result<Option<WireOptions>, String> {
         let Some(wire) = &self.wire else { return Ok(None) };
-        let name = if wire.is_empty() { scene } else { wire };
-        let names: Vec<&str> = field::names().collect();
-        let field = field::find(name).ok_or_else(|| {
-            format!("--wire: which field has {scene}? say --wire=FIELD, of {}", names.join(", "))
+        let league = League::of(if wire.is_empty() { name } else { wire });
+        let league = league.ok_or_else(|| {
+            format!("--wire: which league is {name} of? say --wire=ssl or --wire=vsss")
         })?;
+        let marks = scene.field.ok_or_else(|| {
+            format!("--wire: {name} has no `field`: run ssl-a, ssl-b, vsss-3v3 or vsss-5v5")
+        })?;
+        let field = Field::new(league, marks);
         let mut options = WireOptions::new(field);
         self.ports(&mut options)?;
         options.listen = self.wire_listen.unwrap_or(options.listen);
@@ -103,14 +107,6 @@ impl WireArguments {
             (League::Vsss, _) => return Err("--wire-ports: VSSS has one".to_owned()),
         };
         Ok(())
-    }
-}
-
-fn known_field(text: &str) -> Result<String, String> {
-    let names: Vec<&str> = field::names().collect();
-    match text.is_empty() || names.contains(&text) {
-        true => Ok(text.to_owned()),
-        false => Err(format!("must be one of {}", names.join(", "))),
     }
 }
 

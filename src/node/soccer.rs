@@ -17,8 +17,8 @@ use super::wire;
 use crate::messages::TrackedFrame;
 use crate::receive::Cause;
 use crate::scene::Puck;
+use crate::wire::View;
 use crate::wire::frames::{self, Bad, Sizes};
-use crate::wire::{RobotName, View};
 use crate::world::{DiscId, Report, limits};
 
 /// Messages kept for a subscriber that is slow to acknowledge.
@@ -42,7 +42,7 @@ pub struct Soccer {
 /// The parameters of soccer, with what they are for the pucks of a scene.
 pub fn parameters(pucks: &[Puck]) -> Vec<Parameter> {
     let text = |text: &str| ParameterValue::String(text.to_owned());
-    let has_teams = pucks.iter().any(|puck| RobotName::of_puck(&puck.name).is_some());
+    let has_teams = pucks.iter().any(|puck| puck.member.is_some());
     let out = if has_teams { "detection_tracked" } else { "" };
     let size = |name, value, description| {
         Parameter::new(name, ParameterValue::Double(value), description)

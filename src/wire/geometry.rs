@@ -37,16 +37,16 @@ pub fn data(
 
 fn size(field: &Field, things: Things) -> SslGeometryFieldSize {
     SslGeometryFieldSize {
-        field_length: millimetres(field.length_m),
-        field_width: millimetres(field.width_m),
-        goal_width: millimetres(field.goal_width_m),
-        goal_depth: millimetres(field.goal_depth_m),
-        boundary_width: millimetres(field.boundary_m),
+        field_length: millimetres(field.marks.length),
+        field_width: millimetres(field.marks.width),
+        goal_width: millimetres(field.marks.goal_width),
+        goal_depth: millimetres(field.marks.goal_depth),
+        boundary_width: millimetres(field.marks.margin),
         field_lines: lines(field),
         field_arcs: vec![centre_circle(field)],
-        penalty_area_depth: Some(millimetres(field.penalty_depth_m)),
-        penalty_area_width: Some(millimetres(field.penalty_width_m)),
-        center_circle_radius: Some(millimetres(field.circle_radius_m)),
+        penalty_area_depth: Some(millimetres(field.marks.penalty_depth)),
+        penalty_area_width: Some(millimetres(field.marks.penalty_width)),
+        center_circle_radius: Some(millimetres(field.marks.centre_radius)),
         line_thickness: Some(millimetres(field.line_m)),
         goal_center_to_penalty_mark: Some(millimetres(field.penalty_mark_m)),
         goal_height: None,
@@ -61,8 +61,8 @@ fn millimetres(metres: f64) -> i32 {
 
 fn lines(field: &Field) -> Vec<SslFieldLineSegment> {
     use SslFieldShapeType as Shape;
-    let (x, y) = (field.length_m / 2.0, field.width_m / 2.0);
-    let (edge, side) = (x - field.penalty_depth_m, field.penalty_width_m / 2.0);
+    let (x, y) = (field.marks.length / 2.0, field.marks.width / 2.0);
+    let (edge, side) = (x - field.marks.penalty_depth, field.marks.penalty_width / 2.0);
     // Left and right of a penalty area: as its keeper sees it.
     [
         ("TopTouchLine", Shape::TopTouchLine, (-x, y), (x, y)),
@@ -112,7 +112,7 @@ fn centre_circle(field: &Field) -> SslFieldCircularArc {
     SslFieldCircularArc {
         name: "CenterCircle".to_owned(),
         center: point((0.0, 0.0)),
-        radius: (field.circle_radius_m * 1e3) as f32,
+        radius: (field.marks.centre_radius * 1e3) as f32,
         a1: 0.0,
         a2: TAU as f32,
         thickness: (field.line_m * 1e3) as f32,
@@ -126,23 +126,23 @@ fn point((x, y): (f64, f64)) -> Vector2f {
 
 #[cfg(test)]
 mod tests {
-    use super::super::field::SSL_A;
+    use super::super::field::division_b;
     use super::*;
 
     #[test]
-    fn the_lines_of_division_a_are_where_the_rules_have_them() {
+    fn the_lines_of_division_b_are_where_the_rules_have_them() {
         let things = Things { ball_radius: 0.0215, robot_radius: 0.09 };
-        let data = data(&SSL_A, &Cameras::new(4, &SSL_A), things, None);
+        let data = data(&division_b(), &Cameras::new(4, &division_b()), things, None);
         let size = &data.field;
-        assert_eq!((size.field_length, size.field_width), (12_000, 9_000));
-        assert_eq!((size.goal_width, size.goal_depth), (1_800, 180));
+        assert_eq!((size.field_length, size.field_width), (9_000, 6_000));
+        assert_eq!((size.goal_width, size.goal_depth), (1_000, 180));
         assert_eq!((size.field_lines.len(), size.field_arcs.len()), (12, 1));
         let line = |name: &str| {
             let line = size.field_lines.iter().find(|line| line.name == name).expect("a line");
             (line.p1.x, line.p1.y, line.p2.x, line.p2.y)
         };
-        assert_eq!(line("RightPenaltyStretch"), (4_200.0, -1_800.0, 4_200.0, 1_800.0));
-        assert_eq!(line("LeftFieldLeftPenaltyStretch"), (-6_000.0, 1_800.0, -4_200.0, 1_800.0));
+        assert_eq!(line("RightPenaltyStretch"), (3_500.0, -1_000.0, 3_500.0, 1_000.0));
+        assert_eq!(line("LeftFieldLeftPenaltyStretch"), (-4_500.0, 1_000.0, -3_500.0, 1_000.0));
         assert_eq!(size.field_arcs[0].radius, 500.0);
         assert_eq!((size.ball_radius, data.calib.len()), (Some(21.5), 4));
     }

@@ -50,6 +50,7 @@ use std::fmt;
 
 use glam::DVec2;
 
+pub use crate::scene::league::{Member as RobotName, Team};
 pub use fault::{Code, Fault, Faults};
 
 /// The bounds of what a datagram may ask.
@@ -74,43 +75,6 @@ pub mod limits {
     pub const DELAY_MAX_S: f64 = 1.0;
     /// Largest rate of vision, 1/s of simulated time.
     pub const VISION_RATE_MAX_HZ: f64 = 1_000.0;
-}
-
-/// One of the two teams.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Team {
-    /// Called `blue_0` and so on in a scene.
-    Blue,
-    /// Called `yellow_0` and so on in a scene.
-    Yellow,
-}
-
-/// The name of a robot: its team and the number on its lid.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct RobotName {
-    /// Its team.
-    pub team: Team,
-    /// Its number.
-    pub number: u32,
-}
-
-/// The name of the ball in a scene.
-pub const BALL: &str = "ball";
-
-impl RobotName {
-    /// Of the puck of a scene, if it is called as a robot is.
-    pub fn of_puck(name: &str) -> Option<Self> {
-        let (team, number) = name.split_once('_')?;
-        let team = match team {
-            "blue" => Team::Blue,
-            "yellow" => Team::Yellow,
-            _ => return None,
-        };
-        let number = number.parse().ok().filter(|number| *number < limits::ROBOTS_PER_TEAM)?;
-        let name_back = Self { team, number };
-        // No second spelling, such as blue_+1 or blue_01.
-        (name_back.to_string() == name).then_some(name_back)
-    }
 }
 
 impl fmt::Display for RobotName {
@@ -151,19 +115,4 @@ pub struct Seen {
     pub radius: f64,
     /// m
     pub height: f64,
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_have_one_spelling() {
-        let name = RobotName { team: Team::Yellow, number: 11 };
-        assert_eq!(RobotName::of_puck("yellow_11"), Some(name));
-        assert_eq!(name.to_string(), "yellow_11");
-        for other in ["yellow_011", "yellow_+1", "yellow_16", "yellow", "red_1", "blue_", "ball"] {
-            assert_eq!(RobotName::of_puck(other), None, "{other}");
-        }
-    }
 }

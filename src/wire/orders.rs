@@ -150,7 +150,7 @@ pub struct PlaceBall {
 #[cfg(test)]
 mod tests {
     use super::super::Team;
-    use super::super::field::SSL_A;
+    use super::super::field::division_b;
     use super::*;
 
     #[test]
@@ -166,7 +166,7 @@ mod tests {
         let all: Vec<_> = orders.iter().collect();
         assert_eq!(all, [(name, Order { motion, kick, dribble: Some(false) })]);
         let wanted = Wanted { linear: DVec2::X, angular: 0.0, frame: Frame::Arena };
-        let commands = all[0].1.commands(7, 0.09, &Specs::new(&SSL_A));
+        let commands = all[0].1.commands(7, 0.09, &Specs::new(&division_b()));
         let id = 7;
         assert_eq!(
             commands,
@@ -180,7 +180,7 @@ mod tests {
 
     #[test]
     fn kicks_are_as_fast_as_the_kicker_and_stay_on_the_ground() {
-        let specs = Specs { kick_max: 6.0, chip_max: 4.0, ..Specs::new(&SSL_A) };
+        let specs = Specs { kick_max: 6.0, chip_max: 4.0, ..Specs::new(&division_b()) };
         for (speed, angle, along) in
             [(8.0, 0.0, 6.0), (5.0, 0.0, 5.0), (8.0, 60_f64, 2.0), (1.0, 60.0, 0.5)]
         {

@@ -218,7 +218,7 @@ impl Specs {
 
 #[cfg(test)]
 mod tests {
-    use super::super::field::SSL_B;
+    use super::super::field::division_b;
     use super::super::{Team, proto};
     use super::*;
 
@@ -229,7 +229,7 @@ mod tests {
 
     #[test]
     fn wheels_make_the_motion_that_turns_them() {
-        let specs = Specs::new(&SSL_B);
+        let specs = Specs::new(&division_b());
         let (linear, turn) = (DVec2::new(1.5, -0.25), 3.0);
         let asked = linear.extend(turn);
         let speeds = rows(&specs.wheels, 0.09).map(|row| row.dot(asked));

@@ -51,7 +51,7 @@ impl Cameras {
     /// So many over a field; a number that is not in [`CAMERAS`] is brought down to one that is.
     pub fn new(count: u32, field: &Field) -> Self {
         let count = CAMERAS.into_iter().rev().find(|most| *most <= count).unwrap_or(1);
-        let half = 0.5 * DVec2::new(field.length_m, field.width_m) + field.boundary_m;
+        let half = 0.5 * DVec2::new(field.marks.length, field.marks.width) + field.marks.margin;
         Self { count, half }
     }
 
@@ -219,7 +219,7 @@ pub fn geometry(data: SslGeometryData) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::super::RobotName;
-    use super::super::field::SSL_B;
+    use super::super::field::division_b;
     use super::*;
 
     fn view() -> View {
@@ -233,7 +233,7 @@ mod tests {
 
     #[test]
     fn without_realism_vision_is_exact() {
-        let frames = Cameras::new(1, &SSL_B).look(
+        let frames = Cameras::new(1, &division_b()).look(
             &view(),
             Stamp { number: 3, capture: 10.0, sent: 10.5 },
             &Realism::default(),
@@ -250,7 +250,7 @@ mod tests {
     #[test]
     fn every_place_is_seen_by_one_camera_and_more_where_they_overlap() {
         for count in CAMERAS {
-            let cameras = Cameras::new(count, &SSL_B);
+            let cameras = Cameras::new(count, &division_b());
             let see = |at: DVec2, overlap| {
                 (0..count).filter(|camera| cameras.sees(*camera, at, overlap)).count()
             };
@@ -264,7 +264,7 @@ mod tests {
 
     #[test]
     fn pixels_and_calibration_agree() {
-        let cameras = Cameras::new(4, &SSL_B);
+        let cameras = Cameras::new(4, &division_b());
         for (camera, calib) in cameras.calibrations().iter().enumerate() {
             let at = DVec2::new(1.5, -0.7);
             // Into the camera's frame by its own numbers, and through its pinhole.
@@ -289,7 +289,7 @@ mod tests {
             delay_s: 0.0,
         };
         let packets = |seed| {
-            let (mut noise, cameras) = (Noise::new(seed), Cameras::new(4, &SSL_B));
+            let (mut noise, cameras) = (Noise::new(seed), Cameras::new(4, &division_b()));
             let look = |k| {
                 let stamp = Stamp { number: k, ..Stamp::default() };
                 cameras.look(&view(), stamp, &realism, &mut noise)

@@ -128,13 +128,13 @@ pub fn environment(view: &View, step: u32, field: &Field) -> Vec<u8> {
         robots_blue: of(Team::Blue).collect(),
     };
     let field = fira::Field {
-        width: field.width_m,
-        length: field.length_m,
-        goal_width: field.goal_width_m,
-        goal_depth: field.goal_depth_m,
-        center_radius: field.circle_radius_m,
-        penalty_width: field.penalty_width_m,
-        penalty_depth: field.penalty_depth_m,
+        width: field.marks.width,
+        length: field.marks.length,
+        goal_width: field.marks.goal_width,
+        goal_depth: field.marks.goal_depth,
+        center_radius: field.marks.centre_radius,
+        penalty_width: field.marks.penalty_width,
+        penalty_depth: field.marks.penalty_depth,
         penalty_point: field.penalty_mark_m,
     };
     let (goals_blue, goals_yellow) = (0, 0);

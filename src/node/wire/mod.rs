@@ -22,9 +22,7 @@ use crate::wire::orders::Orders;
 use crate::wire::proto::vision::SslBallModelStraightTwoPhase;
 use crate::wire::realism::{Noise, Realism};
 use crate::wire::vision::{self, Cameras, Stamp};
-use crate::wire::{
-    BALL, Code, Faults, RobotName, Team, View, geometry, limits, robots, tracked, vsss,
-};
+use crate::wire::{Code, Faults, RobotName, Team, View, geometry, limits, robots, tracked, vsss};
 use perform::Book;
 pub(super) use perform::view;
 pub use sockets::{Batch, Way};
@@ -204,7 +202,7 @@ impl Wire {
         let mut all = Orders::default();
         let mut told = Vec::new();
         for (from, datagram) in &batch.datagrams {
-            let is_there = |name: RobotName| stage.puck(&name.to_string()).is_some();
+            let is_there = |name: RobotName| perform::robot(stage, name).is_some();
             let (orders, faults) = match too_long(datagram) {
                 Some(faults) => (Orders::default(), faults),
                 None => robots::read(team, datagram, is_there),
@@ -249,8 +247,7 @@ impl Wire {
         let mut wanted = Wanted::default();
         let mut all = Orders::default();
         for (_, datagram) in &batch.datagrams {
-            let radius =
-                |name: RobotName| stage.puck(&name.to_string()).map(|puck| puck.disc.radius);
+            let radius = |name: RobotName| perform::robot(stage, name).map(|puck| puck.disc.radius);
             let (asked, mut faults) = match too_long(datagram) {
                 Some(faults) => (vsss::Asked::default(), faults),
                 None => vsss::read(datagram, radius),
@@ -325,13 +322,18 @@ impl Wire {
 /// What the things on the field measure.
 fn things(view: &View, stage: &Stage) -> geometry::Things {
     let robot_radius = view.robots.iter().map(|robot| robot.radius).fold(0.0, f64::max);
-    let ball_radius = stage.puck(BALL).map_or(0.0, |puck| puck.disc.radius);
+    let ball_radius = perform::ball(stage).map_or(0.0, |puck| puck.disc.radius);
     geometry::Things { ball_radius, robot_radius }
 }
 
 /// How the ball slows down, as geometry has it.
-fn ball(_stage: &Stage) -> Option<SslBallModelStraightTwoPhase> {
-    None
+fn ball(stage: &Stage) -> Option<SslBallModelStraightTwoPhase> {
+    let ball = perform::ball(stage)?.ball?;
+    Some(SslBallModelStraightTwoPhase {
+        acc_slide: -ball.sliding,
+        acc_roll: -ball.rolling,
+        k_switch: ball.switch_ratio,
+    })
 }
 
 fn unix_time() -> Duration {

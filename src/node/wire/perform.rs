@@ -12,7 +12,7 @@ use crate::scene::Puck;
 use crate::wire::field::Field;
 use crate::wire::orders::{Kick, Order, Orders, PlaceBall, PlaceRobot};
 use crate::wire::specs::{Specs, SpecsChange};
-use crate::wire::{BALL, Code, Faults, RobotName, Seen, View};
+use crate::wire::{Code, Faults, RobotName, Seen, View};
 use crate::world::{Command, Disc, NotDone, Pose};
 
 /// What is known of robots beside the stage.
@@ -166,10 +166,10 @@ pub fn view(stage: &Stage, height: impl Fn(RobotName) -> f64) -> View {
     let time = world.arena().map_or(0.0, |arena| arena.now());
     let mut view = View { time, ..View::default() };
     for (puck, Disc { id, position, velocity, radius, .. }) in stage.now() {
-        if puck.name == BALL {
+        if puck.ball.is_some() {
             let velocity = world.ball(id).map_or(velocity, |motion| motion.velocity);
             view.ball = Some((position, velocity));
-        } else if let Some(name) = RobotName::of_puck(&puck.name) {
+        } else if let Some(name) = puck.member {
             let Pose { heading, turn } = world.pose(id).unwrap_or_default();
             let height = height(name);
             view.robots.push(Seen { name, position, velocity, heading, turn, radius, height });
@@ -179,8 +179,14 @@ pub fn view(stage: &Stage, height: impl Fn(RobotName) -> f64) -> View {
     view
 }
 
-fn robot(stage: &Stage, name: RobotName) -> Option<&Puck> {
-    stage.puck(&name.to_string())
+/// The robot of a name, if it is there.
+pub fn robot(stage: &Stage, name: RobotName) -> Option<&Puck> {
+    stage.pucks().iter().find(|puck| puck.member == Some(name))
+}
+
+/// The ball, if there is one.
+pub fn ball(stage: &Stage) -> Option<&Puck> {
+    stage.pucks().iter().find(|puck| puck.ball.is_some())
 }
 
 /// Whether it was done; if not, that is a fault.
@@ -201,19 +207,20 @@ fn add(stage: &mut Stage, place: &PlaceRobot, faults: &mut Faults) -> bool {
         faults.add(Code::Unreadable, format!("{name}: x and y are missing: where shall it be?"));
         return false;
     };
-    let wanted = name.to_string();
-    let is_of_team =
-        |puck: &&Puck| RobotName::of_puck(&puck.name).is_some_and(|other| other.team == name.team);
+    let is_of_team = |puck: &&Puck| puck.member.is_some_and(|other| other.team == name.team);
     let all = || stage.scene().pucks.iter();
-    let like = all().find(|puck| puck.name == wanted).or_else(|| all().find(is_of_team));
+    let itself = all().find(|puck| puck.member == Some(name));
+    let like = itself.or_else(|| all().find(is_of_team));
     let Some(mut puck) = like.cloned() else {
         faults.add(Code::Unknown, format!("{name}: the scene has no robot of its team"));
         return false;
     };
-    puck.name = wanted;
+    if puck.member != Some(name) {
+        (puck.name, puck.member) = (name.to_string(), Some(name));
+    }
     (puck.disc.position, puck.disc.velocity) = (DVec2::new(x, y), place.velocity);
     puck.drive.heading = place.heading.unwrap_or(puck.drive.heading);
-    match stage.add(puck, false) {
+    match stage.add(puck, true) {
         Ok(_) => true,
         Err(why) => {
             faults.add(Code::NotDone, format!("{name}: {why}"));
@@ -224,7 +231,7 @@ fn add(stage: &mut Stage, place: &PlaceRobot, faults: &mut Faults) -> bool {
 
 /// Where the ball shall be; nothing without a ball.
 fn put_ball(stage: &mut Stage, ball: Option<&PlaceBall>) -> Result<(), Option<NotDone>> {
-    let (Some(ball), Some(puck)) = (ball, stage.puck(BALL)) else { return Err(None) };
+    let (Some(ball), Some(puck)) = (ball, self::ball(stage)) else { return Err(None) };
     let id = puck.disc.id;
     let now = stage.world().arena().and_then(|arena| arena.disc(id)).ok_or(None)?;
     let velocity = stage.world().ball(id).map_or(now.velocity, |motion| motion.velocity);
