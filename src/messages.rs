@@ -379,3 +379,29 @@ pub struct TrackedFrame {
     pub kicked_ball: Vec<KickedBall>,
     pub capabilities: Vec<u32>,
 }
+
+/// geometry_msgs/msg/Accel
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Accel {
+    pub linear: Vector3,
+    pub angular: Vector3,
+}
+
+/// ateam_msgs/msg/VisionStateBall
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct VisionStateBall {
+    pub pose: Pose,
+    pub twist: Twist,
+    pub accel: Accel,
+    pub visible: bool,
+}
+
+/// ateam_msgs/msg/VisionStateRobot
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct VisionStateRobot {
+    pub pose: Pose,
+    pub twist: Twist,
+    pub twist_body: Twist,
+    pub accel: Accel,
+    pub visible: bool,
+}

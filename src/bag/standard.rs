@@ -4,6 +4,16 @@
 
 /// Name and fields of each.
 pub const STANDARD: &[(&str, &str)] = &[
+    (
+        "ateam_msgs/msg/VisionStateBall",
+        "geometry_msgs/Pose pose\ngeometry_msgs/Twist twist\ngeometry_msgs/Accel accel\n\
+         bool visible\n",
+    ),
+    (
+        "ateam_msgs/msg/VisionStateRobot",
+        "geometry_msgs/Pose pose\ngeometry_msgs/Twist twist\ngeometry_msgs/Twist twist_body\n\
+         geometry_msgs/Accel accel\nbool visible\n",
+    ),
     ("builtin_interfaces/msg/Duration", "int32 sec\nuint32 nanosec\n"),
     ("builtin_interfaces/msg/Time", "int32 sec\nuint32 nanosec\n"),
     ("diagnostic_msgs/msg/DiagnosticArray", "std_msgs/Header header\nDiagnosticStatus[] status\n"),
@@ -12,6 +22,7 @@ pub const STANDARD: &[(&str, &str)] = &[
         "byte level\nstring name\nstring message\nstring hardware_id\nKeyValue[] values\n",
     ),
     ("diagnostic_msgs/msg/KeyValue", "string key\nstring value\n"),
+    ("geometry_msgs/msg/Accel", "Vector3 linear\nVector3 angular\n"),
     ("geometry_msgs/msg/Point", "float64 x\nfloat64 y\nfloat64 z\n"),
     ("geometry_msgs/msg/Pose", "Point position\nQuaternion orientation\n"),
     ("geometry_msgs/msg/Pose2D", "float64 x\nfloat64 y\nfloat64 theta\n"),

@@ -90,7 +90,8 @@ impl<'a> Runner<'a> {
         let steps = Steps::open(ros)?;
         let robots = Robots::open(ros, &parameters)?;
         inputs.hear(ros, &robots)?;
-        let soccer = Soccer::open(ros, &parameters)?;
+        let mut soccer = Soccer::open(ros, &parameters)?;
+        soccer.follow(ros, &scene.pucks)?;
         inputs.track(ros, soccer.heard())?;
         inputs.add(steps.requests().map(Input::Steps).boxed_local());
         Ok(Self {
@@ -528,7 +529,8 @@ impl<'a> Runner<'a> {
             let followed = self
                 .inputs
                 .follow(self.ros, pucks)
-                .and_then(|()| self.outputs.follow(self.ros, pucks));
+                .and_then(|()| self.outputs.follow(self.ros, pucks))
+                .and_then(|()| self.soccer.follow(self.ros, pucks));
             if let Err(error) = followed {
                 self.complaints.say("pucks", &error);
             }

@@ -4,6 +4,8 @@
 //! a topic that a parameter names and go out again with corrected velocities. What nobody hears is
 //! not built.
 
+use std::collections::BTreeMap;
+
 use glam::DVec2;
 use ros2_client::ParameterValue;
 
@@ -14,11 +16,11 @@ use super::parameters::{Parameter, Parameters};
 use super::peers::Peers;
 use super::stage::Stage;
 use super::wire;
-use crate::messages::TrackedFrame;
+use crate::messages::{TrackedFrame, VisionStateBall, VisionStateRobot};
 use crate::receive::Cause;
 use crate::scene::Puck;
-use crate::wire::View;
 use crate::wire::frames::{self, Bad, Sizes};
+use crate::wire::{RobotName, View, states};
 use crate::world::{DiscId, Report, limits};
 
 /// Messages kept for a subscriber that is slow to acknowledge.
@@ -27,6 +29,7 @@ const DEPTH: usize = 10;
 const IN: &str = "tracked_in";
 const OUT: &str = "tracked_out";
 const CORRECTED: &str = "tracked_corrected";
+const STATES: &str = "team_states";
 
 /// Frames in and out.
 pub struct Soccer {
@@ -35,8 +38,15 @@ pub struct Soccer {
     heard: Option<String>,
     corrected: Option<Publisher<TrackedFrame>>,
     arena: Option<Publisher<TrackedFrame>>,
+    states: Option<States>,
     /// Frames of the arena so far.
     frames: u32,
+}
+
+/// A topic for each robot, and one for the ball.
+struct States {
+    ball: Publisher<VisionStateBall>,
+    robots: BTreeMap<RobotName, Publisher<VisionStateRobot>>,
 }
 
 /// The parameters of soccer, with what they are for the pucks of a scene.
@@ -58,6 +68,11 @@ pub fn parameters(pucks: &[Puck]) -> Vec<Parameter> {
             CORRECTED,
             text("detection_tracked_corrected"),
             "Where these are told again with the velocities after their contacts.",
+        ),
+        Parameter::new(
+            STATES,
+            ParameterValue::Boolean(false),
+            "Tell ateam_msgs/VisionStateRobot on blue_team/robotN and yellow_team/robotN, and ball.",
         ),
         size("tracked_robot_radius", robot_radius, "Radius of robots of tracked frames, m."),
         size("tracked_robot_mass", robot_mass, "Mass of robots of tracked frames, kg."),
@@ -88,7 +103,24 @@ impl Soccer {
             ball_radius: number("tracked_ball_radius"),
             ball_mass: number("tracked_ball_mass"),
         };
-        Ok(Self { sizes, heard, corrected, arena, frames: 0 })
+        let states = match parameters.value(STATES) {
+            ParameterValue::Boolean(true) => {
+                Some(States { ball: ros.publisher("ball", DEPTH)?, robots: BTreeMap::new() })
+            }
+            _ => None,
+        };
+        Ok(Self { sizes, heard, corrected, arena, states, frames: 0 })
+    }
+
+    /// A topic for every robot there has been: of one that is gone it says so.
+    pub fn follow(&mut self, ros: &mut Ros, pucks: &[Puck]) -> Result<(), DdsError> {
+        let Some(states) = &mut self.states else { return Ok(()) };
+        for name in pucks.iter().filter_map(|puck| puck.member) {
+            if !states.robots.contains_key(&name) {
+                states.robots.insert(name, ros.publisher(&states::topic(name), DEPTH)?);
+            }
+        }
+        Ok(())
     }
 
     /// The topic of a tracker, if one is heard.
@@ -99,7 +131,10 @@ impl Soccer {
     /// Opens anew what a subscriber has brought to a halt.
     pub fn free(&mut self, ros: &mut Ros) -> Result<(), DdsError> {
         let all = [&mut self.corrected, &mut self.arena];
-        all.into_iter().flatten().try_for_each(|publisher| ros.free(publisher))
+        all.into_iter().flatten().try_for_each(|publisher| ros.free(publisher))?;
+        let Some(states) = &mut self.states else { return Ok(()) };
+        ros.free(&mut states.ball)?;
+        states.robots.values_mut().try_for_each(|publisher| ros.free(publisher))
     }
 
     /// What a frame reports.
@@ -130,13 +165,24 @@ impl Soccer {
         }
     }
 
-    /// Tells the arena's frame.
+    /// Tells the arena's frame, and its things one by one.
     pub fn tick(&mut self, stage: &Stage, peers: &Peers, complaints: &mut Complaints) {
-        let Some(publisher) = &self.arena else { return };
-        self.frames = self.frames.wrapping_add(1);
-        send(peers, publisher, complaints, || {
-            let view: View = wire::view(stage, |_| 0.0);
-            frames::of_view(&view, self.frames)
-        });
+        let view = || -> View { wire::view(stage, |_| 0.0) };
+        if let Some(publisher) = &self.arena {
+            self.frames = self.frames.wrapping_add(1);
+            send(peers, publisher, complaints, || frames::of_view(&view(), self.frames));
+        }
+        let Some(States { ball, robots }) = &self.states else { return };
+        let is_wanted = |publisher: &Publisher<VisionStateRobot>| {
+            publisher.is_recorded() || peers.hear(publisher.guid())
+        };
+        if !robots.values().any(is_wanted) && !ball.is_recorded() && !peers.hear(ball.guid()) {
+            return;
+        }
+        let view = view();
+        send(peers, ball, complaints, || states::of_ball(&view));
+        for (name, publisher) in robots {
+            send(peers, publisher, complaints, || states::of_robot(&view, *name));
+        }
     }
 }

@@ -14,6 +14,7 @@
 //! | [`field`], [`geometry`] | the field of a league, and how it is told |
 //! | [`vision`], [`realism`] | cameras, and how badly they see |
 //! | [`frames`] | the same on topics of ROS 2, in and out |
+//! | [`states`] | robots and ball on topics of their own |
 //! | [`tracked`] | positions and velocities as a tracker tells them |
 //!
 //! Everything here is a function of its arguments: the node has the sockets and the clock. A
@@ -43,6 +44,8 @@ pub mod realism;
 pub mod tracked;
 
 pub mod frames;
+
+pub mod states;
 
 mod fault;
 

@@ -114,8 +114,9 @@ pub fn scripts() -> PathBuf {
 }
 
 /// The wire layouts of packages of which there are no wheels.
-fn packages() -> [PathBuf; 2] {
-    ["simulation_interfaces", "robocup_ssl_msgs"].map(|package| scripts().join(package))
+fn packages() -> [PathBuf; 3] {
+    ["simulation_interfaces", "robocup_ssl_msgs", "ateam_msgs"]
+        .map(|package| scripts().join(package))
 }
 
 fn make(environment: &Path, requirements: &Path) -> Result<(), String> {
@@ -123,8 +124,10 @@ fn make(environment: &Path, requirements: &Path) -> Result<(), String> {
     venv::pip_install(environment, requirements)?;
     step("relocate_cmake.py", Command::new(&python).arg(scripts().join("relocate_cmake.py")))?;
     let build = environment.join("build");
-    let [simulation, soccer] = packages();
-    let mut colcon = colcon(environment, &[Path::new(ROOT), &simulation, &soccer], &build);
+    let others = packages();
+    let mut all = vec![Path::new(ROOT)];
+    all.extend(others.iter().map(PathBuf::as_path));
+    let mut colcon = colcon(environment, &all, &build);
     step(
         "colcon build of the interfaces",
         colcon

@@ -1,10 +1,12 @@
 """Robot soccer's tracked frames: a tracker's come back corrected, and the arena tells its own."""
 
 import copy
-from math import nan
+from math import hypot, nan
 
+from ateam_msgs.msg import VisionStateBall, VisionStateRobot
 from geometry_msgs.msg import Twist
 from harness import QOS, Carom, Client, Heard, assert_close, wait_until
+from rclpy.serialization import serialize_message
 from robocup_ssl_msgs.msg import (
     KickedBall, RobotId, TrackedBall, TrackedFrame, TrackedRobot, Vector2, Vector3)
 
@@ -55,7 +57,7 @@ def a_tracker():
         for k in (0, 1, 5):
             rest.robots[k].vel = frame.robots[k].vel
         rest.balls[0].vel[0].x, rest.balls[0].vel[0].y = 0.0, 0.0
-        assert rest == frame, (rest, frame)
+        assert serialize_message(rest) == serialize_message(frame), (rest, frame)
         # Bad things are named; the others are served.
         frame.robots[2].pos.x = nan
         frame.robots.append(robot(3, 1, 5.0, 0.0, 0.0, 0.0))
@@ -71,8 +73,12 @@ def a_tracker():
 
 def an_arena():
     """A scene with teams tells what a tracker would."""
-    with Client() as client, Carom("ssl-b") as carom:
+    states = ["--ros-args", "-p", "team_states:=true"]
+    with Client() as client, Carom("ssl-b", *states) as carom:
         told = Heard(client, TrackedFrame, "detection_tracked")
+        ball = Heard(client, VisionStateBall, "ball")
+        one = Heard(client, VisionStateRobot, "blue_team/robot0")
+        other = Heard(client, VisionStateRobot, "yellow_team/robot5")
         drive = client.node.create_publisher(Twist, "pucks/blue_0/cmd_vel", QOS)
         wait_until(lambda: told, "a frame")
         frame = told[-1]
@@ -93,6 +99,13 @@ def an_arena():
         assert numbers == list(range(numbers[0], numbers[0] + len(numbers))), "none is left out"
         times = [frame.timestamp for frame in told]
         assert times == sorted(set(times))
+        wait_until(lambda: ball and one and other, "states of their own")
+        assert ball[-1].visible and one[-1].visible and other[-1].visible
+        wait_until(lambda: one[-1].twist_body.linear.x > 0.2, "its own frame",
+                   each=lambda: drive.publish(twist), period_s=0.02)
+        speed = one[-1].twist.linear
+        assert_close(hypot(speed.x, speed.y), hypot(one[-1].twist_body.linear.x,
+                                                    one[-1].twist_body.linear.y), 1e-9, "m/s")
         assert carom.alive()
 
 
