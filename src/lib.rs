@@ -18,6 +18,7 @@
 //! | [`detect`] | touching now, touching when |
 //! | [`resolve`] | the pair law, walls, many contacts at once |
 //! | [`motion`] | the methods that advance an arena |
+//! | [`referee`] | which collisions of robots are crashes, and whose fault |
 //! | [`plan`] | what a scene needs, and what is left out |
 //! | [`publish`] | results to messages |
 //! | [`scene`] | YAML scenes, random pucks from a seed |
@@ -46,6 +47,8 @@ pub mod detect;
 pub mod resolve;
 
 pub mod motion;
+
+pub mod referee;
 
 pub mod plan;
 

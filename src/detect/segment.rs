@@ -1,9 +1,9 @@
 //! When will a disc touch a line segment? Its face from either side, or one of its ends.
 //!
 //! With `a` from one end to the other, `p` the disc's centre seen from the first, the face is
-//! touched when `|a x p| = |a| r`, which is linear in time; it counts where the foot `a.p` then lies
-//! between 0 and `a^2`. An end is a disc of radius 0 that stands. Both from double-double, so that
-//! a time is right to a few u of itself however near the contact is.
+//! touched when `|a x p| = |a| r`, which is linear in time; it counts where the foot `a.p` then
+//! lies between 0 and `a^2`. An end is a disc of radius 0 that stands. Both from double-double, so
+//! that a time is right to a few u of itself however near the contact is.
 //!
 //! What of a disc touches already and does not approach is no contact, whatever the distance. A
 //! centre exactly on the line has no normal to it and passes.

@@ -1,5 +1,5 @@
-//! The boundary of a scene, and what acts everywhere in it: walls, segments, a periodic box, gravity,
-//! drag; with what excludes what.
+//! The boundary of a scene, and what acts everywhere in it: walls, segments, a periodic box,
+//! gravity, drag; with what excludes what.
 //!
 //! Never read a puck here.
 

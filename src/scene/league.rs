@@ -1,5 +1,5 @@
-//! What a robot soccer scene has besides pucks: how robots drive and kick, the ball, teams of robots,
-//! and the field as its league measures it.
+//! What a robot soccer scene has besides pucks: how robots drive and kick, the ball, teams of
+//! robots, and the field as its league measures it.
 //!
 //! Never move anything here, and never decide how a robot or a ball moves.
 

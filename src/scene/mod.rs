@@ -1,6 +1,7 @@
 //! Scenes: an arena and its pucks, from a YAML file or shipped with the program.
 //!
-//! [`mod@file`] is the format and its checks, [`league`] what robot soccer adds to it, [`batch`] places random pucks from a seed,
+//! [`mod@file`] is the format and its checks, [`league`] what robot soccer adds to it;
+//! [`batch`] places random pucks from a seed,
 //! [`lattice`] on a lattice; [`shipped`] are the scenes in `config/`. Nothing here moves.
 
 pub mod file;
@@ -24,6 +25,7 @@ use std::sync::Arc;
 
 use crate::plan::budget::Wish;
 use crate::plan::{Method, Plan};
+use crate::referee::{CRASH_SPEED_MPS, Referee};
 use crate::world::{Ball, Disc, Drive, Settings, World, limits};
 use glam::DVec2;
 use league::{Field, Member};
@@ -88,6 +90,14 @@ impl Scene {
         Plan::of(&settings, &discs).choose(settings.method, &settings, &discs)?;
         self.settings = settings;
         Ok(())
+    }
+
+    /// Who watches the robots of its teams, if there are two.
+    pub fn referee(&self) -> Option<Referee> {
+        let team = |puck: &Puck| Some((puck.disc.id, puck.member?.team as u8));
+        let robots: Vec<(u32, u8)> = self.pucks.iter().filter_map(team).collect();
+        let are_two = robots.iter().any(|(_, team)| *team != robots[0].1);
+        are_two.then(|| Referee::new(&robots, CRASH_SPEED_MPS))
     }
 
     /// The world at time 0.

@@ -4,15 +4,16 @@
 //! rolls where `u = v`) and slip `s = v - u`: while it slides, `v' = -a s/|s|` and
 //! `u' = (k / (1 - k)) a s/|s|`, so the slip keeps its direction and is gone after
 //! `(1 - k) |s| / a`, with `v = u = k v0 + (1 - k) u0`. Then `v' = -b v/|v| - c v` until it stands,
-//! for good; `c` is 0 but in a league that has it. `k` is the part of its speed that a ball kicked without spin has left when it begins to
-//! roll: 5/7 for a massive sphere, 3/5 for a hollow one. Both phases have closed forms.
+//! for good; `c` is 0 but in a league that has it. `k` is the part of its speed that a ball kicked
+//! without spin has left when it begins to roll: 5/7 for a massive sphere, 3/5 for a hollow one.
+//! All of this has closed forms.
 //!
 //! An arena flies straight between control ticks, so a ball gets at each tick the velocity that
 //! brings it to where the closed form has it at the next, with a change of phase or a stop in
 //! between: at ticks it is where it should be, to rounding that does not grow, as long as it meets
 //! nobody. Within a tick it is off the curve by `a tick^2 / 8` at most (4e-7 m at 3 m/s^2, 1 ms),
-//! and a collision sees the mean velocity of the tick, `a tick / 2` from the true one (1.5 mm/s). A
-//! collision changes `v` and leaves `u`: there is no friction between discs. After it the ball flies
+//! and a collision sees the mean velocity of the tick, `a tick / 2` from the true one (1.5 mm/s).
+//! It changes `v` and leaves `u`: there is no friction between discs. After it the ball flies
 //! straight until the tick ends, `a tick^2 / 2` from the curve at most (1.5e-6 m), and slows down
 //! for that time all the same. Nothing here moves a disc or looks for contacts.
 

@@ -34,6 +34,7 @@ use crate::detect::{self, Pair, TooManyPairs};
 use crate::motion::arena::Arena;
 use crate::plan::parts::{Part, Parts};
 use crate::plan::{Method, Plan};
+use crate::referee::Referee;
 use crate::resolve;
 use drives::Drives;
 use observed::Observed;
@@ -136,6 +137,7 @@ pub struct World {
     scratch: Vec<Disc>,
     pucks: HashSet<DiscId>,
     drives: Drives,
+    referee: Option<Referee>,
     arena: Option<Arena>,
 }
 
@@ -150,7 +152,7 @@ impl World {
         let pucks = pucks.iter().map(|puck| puck.id).collect();
         let (observed, scratch) = (Observed::default(), Vec::new());
         let drives = Drives::new(settings.pace.tick, settings.command_timeout);
-        Self { settings, plan, observed, scratch, pucks, drives, arena }
+        Self { settings, plan, observed, scratch, pucks, drives, referee: None, arena }
     }
 
     /// A puck is driven from now on: [`Command::Drive`] says where to.
@@ -165,6 +167,11 @@ impl World {
         let Some(disc) = arena.disc(id) else { return };
         let velocity = self.drives.add_ball(&disc, ball, arena.now());
         arena.set_velocity(id, velocity);
+    }
+
+    /// Crashes are told from now on; `None` = no longer.
+    pub fn watch(&mut self, referee: Option<Referee>) {
+        self.referee = referee;
     }
 
     /// How a ball moves now, at this very instant: the arena has the mean velocity of the tick.
@@ -380,10 +387,20 @@ impl World {
     fn advance(&mut self, until: f64, outcome: &mut Outcome) {
         let Some(arena) = &mut self.arena else { return };
         let mut noted = 0;
+        let mut note =
+            |drives: &mut Drives, referee: &mut Option<Referee>, outcome: &mut Outcome| {
+                let new = &outcome.contacts[noted..];
+                drives.note(new);
+                referee.iter_mut().for_each(|referee| referee.hear(new, &mut outcome.crashes));
+                noted = outcome.contacts.len();
+            };
+        let watch = |referee: &mut Option<Referee>, arena: &Arena| {
+            referee.iter_mut().for_each(|referee| referee.see(arena.discs(Owner::Simulated)));
+        };
+        watch(&mut self.referee, arena);
         while let (Some(tick), None) = (self.drives.due(arena.now(), until), outcome.stall) {
             outcome.stall = arena.advance(tick, &mut outcome.contacts).err();
-            self.drives.note(&outcome.contacts[noted..]);
-            noted = outcome.contacts.len();
+            note(&mut self.drives, &mut self.referee, outcome);
             // A storm of contacts may have kept it from getting there.
             if outcome.stall.is_some() || arena.now() < tick {
                 break;
@@ -391,10 +408,11 @@ impl World {
             let discs: Vec<Disc> = arena.discs(Owner::Simulated).collect();
             let driven = self.drives.follow(tick, &discs);
             driven.into_iter().for_each(|(id, velocity)| arena.set_velocity(id, velocity));
+            watch(&mut self.referee, arena);
         }
         if outcome.stall.is_none() && self.drives.due(arena.now(), until).is_none() {
             outcome.stall = arena.advance(until, &mut outcome.contacts).err();
-            self.drives.note(&outcome.contacts[noted..]);
+            note(&mut self.drives, &mut self.referee, outcome);
         }
         if self.observed.discs().is_empty() {
             return;

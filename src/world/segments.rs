@@ -117,8 +117,8 @@ impl Segments {
         ends().all(|end| ends().filter(|other| *other == end).count() % 2 == 0)
     }
 
-    /// Whether a disc may stand there: it overlaps none of them by more than rounding; and where all
-    /// lines close it is within them, or, where a box is around them too, outside of them.
+    /// Whether a disc may stand there: it overlaps none of them by more than rounding; and where
+    /// all lines close it is within them, or, where a box is around them too, outside of them.
     pub fn contain(&self, position: DVec2, radius: f64, is_walled: bool) -> bool {
         let least = radius * (1.0 - limits::OVERLAP_OF_ROUNDING);
         if self.all().iter().any(|segment| segment.distance(position) < least) {

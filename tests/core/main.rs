@@ -14,6 +14,7 @@ mod gravity;
 mod gravity_events;
 mod house;
 mod invariance;
+mod leagues;
 mod messages;
 mod methods;
 mod momentum;
