@@ -18,6 +18,7 @@
 //! | [`detect`] | touching now, touching when |
 //! | [`resolve`] | the pair law, walls, many contacts at once |
 //! | [`motion`] | the methods that advance an arena |
+//! | [`referee`] | which collisions of robots are crashes, and whose fault |
 //! | [`plan`] | what a scene needs, and what is left out |
 //! | [`publish`] | results to messages |
 //! | [`scene`] | YAML scenes, random pucks from a seed |
@@ -26,6 +27,7 @@
 //! | [`audit`] | the collisions of any simulator, judged from its recording |
 //! | `report` | error against run time: CSV, plots, one HTML page (feature `report`) |
 //! | `bag` | recordings of topics, read and written (feature `bags`) |
+//! | `wire` | robot soccer on its leagues' own protocols (feature `wire`) |
 //! | [`exact`] | error-free arithmetic, under all of the above |
 //! | `node` | the ROS 2 node; the only room that names a ROS crate (feature `ros`) |
 //!
@@ -46,6 +48,8 @@ pub mod resolve;
 
 pub mod motion;
 
+pub mod referee;
+
 pub mod plan;
 
 pub mod publish;
@@ -63,6 +67,9 @@ pub mod report;
 
 #[cfg(feature = "bags")]
 pub mod bag;
+
+#[cfg(feature = "wire")]
+pub mod wire;
 
 pub mod exact;
 

@@ -2,6 +2,8 @@
 //! one line. Exit code 0 = done, 1 = it failed, 2 = bad use.
 
 mod bag_commands;
+#[cfg(feature = "ros")]
+mod wire_arguments;
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -259,7 +261,7 @@ struct AuditArguments {
 #[derive(Args)]
 struct RunArguments {
     /// A scene file, or the name of a shipped scene: arena, break_shot, newtons_cradle, head_on,
-    /// thousand, teams, resolver [default: arena].
+    /// thousand, teams, ssl-a, ssl-b, vsss-3v3, vsss-5v5, league-2d, resolver [default: arena].
     #[arg(value_name = "SCENE")]
     scene: Option<String>,
     /// End after so many seconds of simulated time (of wall time without pucks).
@@ -294,6 +296,9 @@ struct RunArguments {
     record: Option<PathBuf>,
     #[command(flatten)]
     bag: bag_commands::FromArguments,
+    #[cfg(feature = "ros")]
+    #[command(flatten)]
+    wire: wire_arguments::WireArguments,
 }
 
 const METHODS: [&str; 6] = ["auto", "events", "plain", "ticks", "steps", "springs"];
@@ -499,16 +504,28 @@ fn run(mut arguments: RunArguments, ros: RosArguments) -> ExitCode {
         Err(error) => return complain(&error, 2),
     };
     let RunArguments {
-        scene, seconds, rate, method, step, keep_all, error, budget, record, ..
+        scene,
+        seconds,
+        rate,
+        method,
+        step,
+        keep_all,
+        error,
+        budget,
+        record,
+        wire,
+        ..
     } = arguments;
     let scene = scene.unwrap_or_else(|| shipped::DEFAULT.to_owned());
     let rate = rate.unwrap_or(1.0);
-    let options = RunOptions { scene, start, seconds, rate, record };
-    match load(&options.scene, method.as_deref(), step, keep_all) {
+    let loaded = load(&scene, method.as_deref(), step, keep_all)
+        .and_then(|loaded| Ok((wire.options(&scene, &loaded)?, loaded)));
+    match loaded {
         Err(message) => complain(&message, 2),
-        Ok(mut scene) => {
-            keep_to_budget(&mut scene, Wish { error, budget });
-            match node::run(&scene, &options) {
+        Ok((wire, mut loaded)) => {
+            let options = RunOptions { scene, start, seconds, rate, record, wire };
+            keep_to_budget(&mut loaded, Wish { error, budget });
+            match node::run(&loaded, &options) {
                 Ok(()) => ExitCode::SUCCESS,
                 Err(error) => complain(&error, if error.is_bad_use() { 2 } else { 1 }),
             }

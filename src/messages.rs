@@ -309,3 +309,99 @@ pub struct DiagnosticArray {
     pub header: Header,
     pub status: Vec<DiagnosticStatus>,
 }
+
+/// robocup_ssl_msgs/msg/Vector2
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PlaneVector {
+    pub x: f32,
+    pub y: f32,
+}
+
+/// robocup_ssl_msgs/msg/Vector3
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SpaceVector {
+    pub x: f32,
+    pub y: f32,
+    pub z: f32,
+}
+
+/// robocup_ssl_msgs/msg/RobotId
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RobotId {
+    pub id: u32,
+    pub team_color: u32,
+}
+
+impl RobotId {
+    /// The value of `team_color` of the yellow team.
+    pub const YELLOW: u32 = 1;
+    /// The value of `team_color` of the blue team.
+    pub const BLUE: u32 = 2;
+}
+
+/// robocup_ssl_msgs/msg/TrackedBall; what may be missing is a list of one at most.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TrackedBall {
+    pub pos: SpaceVector,
+    pub vel: Vec<SpaceVector>,
+    pub visibility: Vec<f32>,
+}
+
+/// robocup_ssl_msgs/msg/TrackedRobot; what may be missing is a list of one at most.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TrackedRobot {
+    pub robot_id: RobotId,
+    pub pos: PlaneVector,
+    pub orientation: f32,
+    pub vel: Vec<PlaneVector>,
+    pub vel_angular: Vec<f32>,
+    pub visibility: Vec<f32>,
+}
+
+/// robocup_ssl_msgs/msg/KickedBall; what may be missing is a list of one at most.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct KickedBall {
+    pub pos: PlaneVector,
+    pub vel: SpaceVector,
+    pub start_timestamp: f64,
+    pub stop_timestamp: Vec<f64>,
+    pub stop_pos: Vec<PlaneVector>,
+    pub robot_id: Vec<RobotId>,
+}
+
+/// robocup_ssl_msgs/msg/TrackedFrame; what may be missing is a list of one at most.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TrackedFrame {
+    pub frame_number: u32,
+    pub timestamp: f64,
+    pub balls: Vec<TrackedBall>,
+    pub robots: Vec<TrackedRobot>,
+    pub kicked_ball: Vec<KickedBall>,
+    pub capabilities: Vec<u32>,
+}
+
+/// geometry_msgs/msg/Accel
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Accel {
+    pub linear: Vector3,
+    pub angular: Vector3,
+}
+
+/// ateam_msgs/msg/VisionStateBall
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct VisionStateBall {
+    pub pose: Pose,
+    pub twist: Twist,
+    pub accel: Accel,
+    pub visible: bool,
+}
+
+/// ateam_msgs/msg/VisionStateRobot
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct VisionStateRobot {
+    pub pose: Pose,
+    pub twist: Twist,
+    pub twist_body: Twist,
+    pub accel: Accel,
+    pub visible: bool,
+}

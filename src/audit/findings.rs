@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::law::{Law, Source};
 use super::noise::Noise;
+use crate::referee::{Fault, fault, is_crash};
 use crate::world::DiscId;
 
 /// Violations that are kept, the first of all; every one is counted.
@@ -266,6 +267,8 @@ pub struct Crash {
     pub approach_speed_mps: f64,
     /// Speeds of both before, m/s.
     pub speeds_mps: [f64; 2],
+    /// Who is at fault.
+    pub fault: Fault,
 }
 
 /// A hole or a leap in the recording.
@@ -486,9 +489,10 @@ impl Findings {
     }
 
     fn add_crash(&mut self, collision: &Collision, b: DiscId) {
-        if self.crash_speed.is_none_or(|limit| collision.approach <= limit) {
+        if !self.crash_speed.is_some_and(|limit| is_crash(collision.approach, limit)) {
             return;
         }
+        let speeds_mps = collision.before.map(DVec2::length);
         self.crashes_in_all += 1;
         if self.crashes.len() < LISTED {
             self.crashes.push(Crash {
@@ -496,7 +500,8 @@ impl Findings {
                 discs: [collision.a, b],
                 place_m: collision.place.to_array(),
                 approach_speed_mps: collision.approach,
-                speeds_mps: collision.before.map(DVec2::length),
+                fault: fault(speeds_mps),
+                speeds_mps,
             });
         }
     }

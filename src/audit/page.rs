@@ -4,6 +4,7 @@
 
 use super::findings::{Break, Collision, Findings, Kind, Violation};
 use super::tell;
+use crate::referee::Fault;
 use crate::report::draw::text::short;
 use crate::report::page::{
     Axis, Column, Front, Item, Kind as Shape, Page, Plot, Point, Section, Series, Table,
@@ -317,6 +318,11 @@ fn rest(findings: &Findings) -> Option<Section> {
             format!("{:.4}, {:.4}", each.place_m[0], each.place_m[1]),
             short(each.approach_speed_mps),
             format!("{:.4}, {:.4}", each.speeds_mps[0], each.speeds_mps[1]),
+            match each.fault {
+                Fault::First => a.to_string(),
+                Fault::Second => b.to_string(),
+                Fault::Both => "both".to_owned(),
+            },
         ]
     };
     items.push(Table {
@@ -329,6 +335,7 @@ fn rest(findings: &Findings) -> Option<Section> {
             column("place (m)", false),
             column("approach (m/s)", true),
             column("speeds (m/s)", false),
+            column("fault", false),
         ],
         rows: findings.crashes.iter().take(ROWS).map(crash).collect(),
     });

@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::findings::{Break, Counts, Crash, Findings, Impulse, Kind, Ledger, Violation, WORST};
 use super::law::Source;
+use crate::referee::Fault;
 use crate::world::Walls;
 
 /// Violations, impulses and breaks in the JSON object, at most of each.
@@ -48,10 +49,15 @@ fn crashes(findings: &Findings, out: &mut impl Write) -> io::Result<()> {
     writeln!(out, "\n{count} collisions faster than {limit} m/s along the line of centres")?;
     for crash in &findings.crashes {
         let Crash { time_s, discs: [a, b], approach_speed_mps, speeds_mps: [va, vb], .. } = crash;
+        let fault = match crash.fault {
+            Fault::First => a.to_string(),
+            Fault::Second => b.to_string(),
+            Fault::Both => "both".to_owned(),
+        };
         writeln!(
             out,
             "  {time_s:>12.6} s  {a} and {b}: {approach_speed_mps:.3} m/s (speeds {va:.3}, \
-             {vb:.3} m/s)"
+             {vb:.3} m/s), fault: {fault}"
         )?;
     }
     Ok(())

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::messages::Header;
 use crate::scene::Scene;
-use crate::world::{Command, Disc, DiscId, Drive, Model, Report, Wanted};
+use crate::world::{Ball, Command, Disc, DiscId, Drive, Frame, Kicker, Model, Report, Wanted};
 
 /// The last name of the topic; it is private to the node.
 pub const TOPIC: &str = "~/journal";
@@ -43,6 +43,13 @@ pub enum Entry {
         id: DiscId,
         /// How it moves.
         drive: DriveLine,
+    },
+    /// A puck of it is a ball.
+    Ball {
+        /// The puck.
+        id: DiscId,
+        /// How it slows down.
+        ball: Ball,
     },
     /// A world of another scene instead; of none, where there is no text.
     Scene {
@@ -100,6 +107,44 @@ pub enum Asked {
         linear: [f64; 2],
         /// rad/s
         angular: f64,
+        /// The frame of the velocity; nothing = the robot's own.
+        #[serde(default, skip_serializing_if = "is_own")]
+        frame: Frame,
+    },
+    /// A kick.
+    Kick {
+        /// The robot.
+        id: DiscId,
+        /// m/s
+        speed: f64,
+    },
+    /// A dribbler.
+    Dribble {
+        /// The robot.
+        id: DiscId,
+        /// Whether it runs.
+        on: bool,
+    },
+    /// Another pose.
+    Turn {
+        /// The robot.
+        id: DiscId,
+        /// rad
+        heading: f64,
+        /// rad/s
+        turn: f64,
+    },
+    /// Other limits.
+    Limits {
+        /// The robot.
+        id: DiscId,
+        /// What it can.
+        drive: DriveLine,
+    },
+    /// A ball that rolls.
+    Roll {
+        /// The ball.
+        id: DiscId,
     },
     /// A puck more.
     Add {
@@ -148,9 +193,27 @@ impl Line {
     }
 }
 
-/// A drive, its four limits (nothing = none) and its first heading (rad).
+fn is_own(frame: &Frame) -> bool {
+    *frame == Frame::Own
+}
+
+/// A drive, its four limits (nothing = none), its first heading (rad), and what few have.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct DriveLine(Model, [Option<f64>; 4], f64);
+pub struct DriveLine(
+    Model,
+    [Option<f64>; 4],
+    f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")] Option<Extra>,
+);
+
+/// What few drives have.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Extra {
+    /// m/s^2 and rad/s^2; nothing = as it speeds up.
+    braking: [Option<f64>; 2],
+    /// Speed (m/s), half angle (rad), reach (m) and grip (m/s^2).
+    kicker: Option<[f64; 4]>,
+}
 
 impl DriveLine {
     /// Of a drive.
@@ -158,15 +221,39 @@ impl DriveLine {
         let Drive { speed_max, acceleration_max, turn_max, turn_acceleration_max, .. } = *drive;
         let limits = [speed_max, acceleration_max, turn_max, turn_acceleration_max];
         let limits = limits.map(|limit| limit.is_finite().then_some(limit));
-        Self(drive.model, limits, drive.heading)
+        let braking = [drive.braking_max, drive.turn_braking_max];
+        let kicker = drive.kicker.map(|kicker| {
+            let Kicker { speed_max, half_angle, reach, grip } = kicker;
+            [speed_max, half_angle, reach, grip].map(|number| number.min(f64::MAX))
+        });
+        let has_more = kicker.is_some() || braking != [None; 2];
+        Self(drive.model, limits, drive.heading, has_more.then_some(Extra { braking, kicker }))
     }
 
     /// The drive.
     pub fn drive(self) -> Drive {
-        let Self(model, limits, heading) = self;
+        let Self(model, limits, heading, more) = self;
         let limits = limits.map(|limit| limit.unwrap_or(f64::INFINITY));
         let [speed_max, acceleration_max, turn_max, turn_acceleration_max] = limits;
-        Drive { model, speed_max, acceleration_max, turn_max, turn_acceleration_max, heading }
+        let [braking_max, turn_braking_max] = more.map_or([None; 2], |more| more.braking);
+        let kicker = more.and_then(|more| more.kicker);
+        let kicker = kicker.map(|[speed_max, half_angle, reach, grip]| Kicker {
+            speed_max,
+            half_angle,
+            reach,
+            grip,
+        });
+        Drive {
+            model,
+            speed_max,
+            acceleration_max,
+            braking_max,
+            turn_max,
+            turn_acceleration_max,
+            turn_braking_max,
+            heading,
+            kicker,
+        }
     }
 }
 
@@ -183,9 +270,16 @@ impl Asked {
             Command::SetVelocity { id, velocity } => {
                 Self::Velocity { id, velocity: velocity.to_array() }
             }
-            Command::Drive { id, wanted: Wanted { linear, angular } } => {
-                Self::Drive { id, linear: linear.to_array(), angular }
+            Command::Drive { id, wanted: Wanted { linear, angular, frame } } => {
+                Self::Drive { id, linear: linear.to_array(), angular, frame }
             }
+            Command::Kick { id, speed } => Self::Kick { id, speed },
+            Command::Dribble { id, on } => Self::Dribble { id, on },
+            Command::Turn { id, heading, turn } => Self::Turn { id, heading, turn },
+            Command::SetDrive { id, ref drive } => {
+                Self::Limits { id, drive: DriveLine::new(drive) }
+            }
+            Command::Roll { id } => Self::Roll { id },
             Command::AddPuck(ref disc) => Self::Add { puck: Line::new(disc) },
             Command::RemovePuck { id } => Self::Remove { id },
             Command::PlacePuck { id, position, velocity } => {
@@ -209,9 +303,14 @@ impl Asked {
             Self::Velocity { id, velocity } => {
                 Command::SetVelocity { id, velocity: vector(velocity) }
             }
-            Self::Drive { id, linear, angular } => {
-                Command::Drive { id, wanted: Wanted { linear: vector(linear), angular } }
+            Self::Drive { id, linear, angular, frame } => {
+                Command::Drive { id, wanted: Wanted { linear: vector(linear), angular, frame } }
             }
+            Self::Kick { id, speed } => Command::Kick { id, speed },
+            Self::Dribble { id, on } => Command::Dribble { id, on },
+            Self::Turn { id, heading, turn } => Command::Turn { id, heading, turn },
+            Self::Limits { id, drive } => Command::SetDrive { id, drive: drive.drive() },
+            Self::Roll { id } => Command::Roll { id },
             Self::Add { puck } => Command::AddPuck(puck.disc()),
             Self::Remove { id } => Command::RemovePuck { id },
             Self::Place { id, position, velocity } => {

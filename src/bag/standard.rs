@@ -4,6 +4,16 @@
 
 /// Name and fields of each.
 pub const STANDARD: &[(&str, &str)] = &[
+    (
+        "ateam_msgs/msg/VisionStateBall",
+        "geometry_msgs/Pose pose\ngeometry_msgs/Twist twist\ngeometry_msgs/Accel accel\n\
+         bool visible\n",
+    ),
+    (
+        "ateam_msgs/msg/VisionStateRobot",
+        "geometry_msgs/Pose pose\ngeometry_msgs/Twist twist\ngeometry_msgs/Twist twist_body\n\
+         geometry_msgs/Accel accel\nbool visible\n",
+    ),
     ("builtin_interfaces/msg/Duration", "int32 sec\nuint32 nanosec\n"),
     ("builtin_interfaces/msg/Time", "int32 sec\nuint32 nanosec\n"),
     ("diagnostic_msgs/msg/DiagnosticArray", "std_msgs/Header header\nDiagnosticStatus[] status\n"),
@@ -12,6 +22,7 @@ pub const STANDARD: &[(&str, &str)] = &[
         "byte level\nstring name\nstring message\nstring hardware_id\nKeyValue[] values\n",
     ),
     ("diagnostic_msgs/msg/KeyValue", "string key\nstring value\n"),
+    ("geometry_msgs/msg/Accel", "Vector3 linear\nVector3 angular\n"),
     ("geometry_msgs/msg/Point", "float64 x\nfloat64 y\nfloat64 z\n"),
     ("geometry_msgs/msg/Pose", "Point position\nQuaternion orientation\n"),
     ("geometry_msgs/msg/Pose2D", "float64 x\nfloat64 y\nfloat64 theta\n"),
@@ -54,6 +65,25 @@ pub const STANDARD: &[(&str, &str)] = &[
          string string_value\nbyte[] byte_array_value\nbool[] bool_array_value\n\
          int64[] integer_array_value\nfloat64[] double_array_value\nstring[] string_array_value\n",
     ),
+    (
+        "robocup_ssl_msgs/msg/KickedBall",
+        "Vector2 pos\nVector3 vel\nfloat64 start_timestamp\nfloat64[<=1] stop_timestamp\nVector2[<=1] stop_pos\nRobotId[<=1] robot_id\n",
+    ),
+    ("robocup_ssl_msgs/msg/RobotId", "uint32 id\nuint32 team_color\n"),
+    (
+        "robocup_ssl_msgs/msg/TrackedBall",
+        "Vector3 pos\nVector3[<=1] vel\nfloat32[<=1] visibility\n",
+    ),
+    (
+        "robocup_ssl_msgs/msg/TrackedFrame",
+        "uint32 frame_number\nfloat64 timestamp\nTrackedBall[] balls\nTrackedRobot[] robots\nKickedBall[<=1] kicked_ball\nuint32[] capabilities\n",
+    ),
+    (
+        "robocup_ssl_msgs/msg/TrackedRobot",
+        "RobotId robot_id\nVector2 pos\nfloat32 orientation\nVector2[<=1] vel\nfloat32[<=1] vel_angular\nfloat32[<=1] visibility\n",
+    ),
+    ("robocup_ssl_msgs/msg/Vector2", "float32 x\nfloat32 y\n"),
+    ("robocup_ssl_msgs/msg/Vector3", "float32 x\nfloat32 y\nfloat32 z\n"),
     ("rosgraph_msgs/msg/Clock", "builtin_interfaces/Time clock\n"),
     ("sensor_msgs/msg/CompressedImage", "std_msgs/Header header\nstring format\nuint8[] data\n"),
     ("std_msgs/msg/Bool", "bool data\n"),

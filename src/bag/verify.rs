@@ -210,6 +210,7 @@ impl Run {
                 self.world = World::new(self.settings, &discs);
             }
             Entry::Driven { id, drive } => self.world.drive(id, drive.drive()),
+            Entry::Ball { id, ball } => self.world.add_ball(id, ball),
             Entry::Scene { text: None } => self.world = World::new(self.settings, &[]),
             Entry::Scene { text: Some(text) } => match file::parse(&text, "a scene in the bag") {
                 Ok(scene) => {

@@ -123,7 +123,7 @@ impl Run {
             for contact in &outcome.contacts {
                 match contact.b {
                     Partner::Disc(_) => self.pairs += 1,
-                    Partner::Wall(_) => self.walls += 1,
+                    Partner::Wall(_) | Partner::Segment(_) => self.walls += 1,
                 }
                 see(contact);
             }

@@ -39,7 +39,7 @@ pub fn corner(root: &Field, _: Effort) -> Findings {
 fn wall_of(contact: &Contact) -> &'static str {
     match contact.b {
         Partner::Wall(side) => letter(side),
-        Partner::Disc(_) => "",
+        Partner::Disc(_) | Partner::Segment(_) => "",
     }
 }
 

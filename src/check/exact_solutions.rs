@@ -232,6 +232,7 @@ fn judge_order(tally: &mut Tally, contacts: &[Contact], order: &Field) -> Read<(
     let words = |contact: &Contact| match contact.b {
         Partner::Disc(b) => (contact.a.to_string(), b.to_string()),
         Partner::Wall(side) => (contact.a.to_string(), super::arena::letter(side).to_owned()),
+        Partner::Segment(k) => (contact.a.to_string(), format!("segment {k}")),
     };
     let ours: Vec<(String, String)> = contacts.iter().map(words).collect();
     let mut theirs = Vec::new();

@@ -79,6 +79,7 @@ fn judge_events(tally: &mut Tally, contacts: &[Contact], events: &Field) -> Read
         let ours = match contact.b {
             Partner::Disc(b) => b.to_string(),
             Partner::Wall(side) => letter(side).to_owned(),
+            Partner::Segment(k) => format!("segment {k}"),
         };
         let k = event.get("k")?.count(u64::MAX)?;
         let (a, b) = (u64::from(contact.a), ours);

@@ -3,7 +3,8 @@
 //! [`touching`] is the exact predicate for one pair. [`all_pairs`] and [`grid`] list the touching
 //! pairs of many discs: the first is plain and the judge of the second. [`impact`] is the time of
 //! impact, of one pair or of many side by side, [`precise`] the same from states in double-double,
-//! [`falling`] under gravity. Nothing here changes a velocity or a position.
+//! [`falling`] under gravity, [`segment`] of a disc and a line segment. Nothing here changes a
+//! velocity or a position.
 
 pub mod touching;
 
@@ -20,6 +21,8 @@ pub mod fused;
 mod side_by_side;
 
 pub mod falling;
+
+pub mod segment;
 
 use crate::plan::BroadPhase;
 use crate::world::{Disc, limits};

@@ -90,6 +90,9 @@ impl Arena {
     /// What the method does not do.
     pub fn build(plan: &Plan, laws: Laws, discs: &[Disc]) -> Result<Self, String> {
         let say = |error: &dyn std::fmt::Display| error.to_string();
+        if laws.segments.is_some() && !Part::Segments.is_known_to(plan.method) {
+            return Err(format!("method {} does not do segments", plan.method));
+        }
         let plain = || Plain::new(laws, discs, plan.epoch);
         let events = || Events::with(laws, discs, plan.built);
         let mut arena = match (plan.method, plan.built.has(Part::Drag)) {
@@ -158,6 +161,11 @@ impl Arena {
             Self::Springs(_) => Vec::new(),
         };
         discs.into_iter()
+    }
+
+    /// A simulated disc as it is now.
+    pub fn disc(&self, id: DiscId) -> Option<Disc> {
+        self.discs(Owner::Simulated).find(|disc| disc.id == id)
     }
 
     /// Kinetic energy of the simulated discs, J.

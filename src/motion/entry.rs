@@ -4,6 +4,7 @@
 
 use glam::DVec2;
 
+use super::plain::Laws;
 use crate::detect::touching::overlap;
 use crate::world::{Disc, NotDone, Periodic, Walls, limits};
 
@@ -17,6 +18,17 @@ pub fn may_stand(disc: &Disc, walls: Option<&Walls>) -> Result<(), NotDone> {
     }
     let is_outside = |walls: &&Walls| !walls.contain(disc.position, disc.radius);
     if walls.is_some_and(|walls| is_outside(&walls)) { Err(NotDone::OutsideWalls) } else { Ok(()) }
+}
+
+/// The same under laws that may have segments.
+///
+/// # Errors
+/// As [`may_stand`].
+pub fn may_stand_among(disc: &Disc, laws: &Laws) -> Result<(), NotDone> {
+    let walls = laws.walls.as_ref();
+    may_stand(disc, walls)?;
+    let is_in_one = laws.segments.is_some_and(|segments| segments.refuse(disc, walls));
+    if is_in_one { Err(NotDone::OutsideWalls) } else { Ok(()) }
 }
 
 /// Whether a disc is so small that it can touch every other in one image of a periodic box only.

@@ -40,7 +40,7 @@ use super::simulation::wire::{StepsFeedback, StepsGoal, StepsResult};
 use crate::bag::qos::Qos;
 use crate::messages::{
     CircleStates, CircleVelocities, Clock, Contacts, DiagnosticArray, ErrorReport, MarkerArray,
-    Odometry, Twist, TwistStamped,
+    Odometry, TrackedFrame, Twist, TwistStamped, VisionStateBall, VisionStateRobot,
 };
 
 /// Largest domain whose ports fit into 16 bits; RustDDS overflows silently above it.
@@ -167,6 +167,9 @@ ros_messages! {
     "rosgraph_msgs" Clock
     "rcl_interfaces" ParameterEvent
     "rcl_interfaces" Log
+    "robocup_ssl_msgs" TrackedFrame
+    "ateam_msgs" VisionStateBall
+    "ateam_msgs" VisionStateRobot
 }
 
 /// One ROS node on a DDS participant of its own. Drop it last; dropping it leaves the graph.

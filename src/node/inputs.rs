@@ -9,7 +9,8 @@ use super::dds::{DdsError, Received, Ros};
 use super::parameters::services as parameters;
 use super::robots::Robots;
 use super::simulation::{services as simulation, steps};
-use crate::messages::{CircleStates, Clock, Odometry, Twist};
+use super::wire::Batch;
+use crate::messages::{CircleStates, Clock, Odometry, TrackedFrame, Twist};
 use crate::scene::{Puck, Scene};
 use crate::world::DiscId;
 
@@ -23,8 +24,12 @@ pub enum Input {
     Circles { topic: String, received: Received<CircleStates> },
     /// Where a robot says that it is.
     Odometry { topic: String, id: DiscId, received: Box<Received<Odometry>> },
+    /// What a tracker of robot soccer sees.
+    Tracked(Box<Received<TrackedFrame>>),
     /// Where a driven puck shall go.
     Velocity { topic: String, id: DiscId, received: Received<Twist> },
+    /// Datagrams of teams.
+    Wire(Batch),
     /// Somebody's time.
     Clock(Received<Clock>),
     /// Something about parameters.
@@ -73,6 +78,14 @@ impl Inputs {
             };
             self.add(messages.map(input).boxed_local());
         }
+        Ok(())
+    }
+
+    /// The frames of a tracker, if there is one.
+    pub fn track(&mut self, ros: &mut Ros, topic: Option<&str>) -> Result<(), DdsError> {
+        let Some(topic) = topic else { return Ok(()) };
+        let messages = ros.subscription::<TrackedFrame>(topic, DEPTH)?.into_stream();
+        self.add(messages.map(|received| Input::Tracked(Box::new(received))).boxed_local());
         Ok(())
     }
 

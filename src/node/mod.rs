@@ -7,6 +7,8 @@
 //! | `dds`, `peers`, `service`, `farewell` | the door to ROS 2 |
 //! | `inputs` | all that arrives, as one stream |
 //! | `runner` | the loop: it steps the stage, at once for a message and at every tick |
+//! | [`wire`] | teams' own software, on their leagues' protocols |
+//! | `soccer` | what trackers of robot soccer see, in and out |
 //! | `robots` | robots that tell their own odometry, as circles |
 //! | `stage`, `timeline`, `pace` | the world with its pucks by name, and which time it is there |
 //! | `parameters`, `simulation` | the standard services |
@@ -38,10 +40,12 @@ mod rosout;
 mod runner;
 mod service;
 mod simulation;
+mod soccer;
 mod stage;
 mod start;
 mod status;
 mod timeline;
+pub mod wire;
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -65,6 +69,7 @@ use recorder::Recorder;
 use rosout::{Lines, Rosout};
 use runner::Runner;
 pub use start::Start;
+use wire::{Ports, Wire, WireOptions};
 
 /// How to run.
 #[derive(Clone, Debug)]
@@ -79,6 +84,8 @@ pub struct RunOptions {
     pub rate: f64,
     /// A folder to record into.
     pub record: Option<PathBuf>,
+    /// How teams are spoken to, if they are.
+    pub wire: Option<WireOptions>,
 }
 
 /// Why the node could not run, or ended early.
@@ -96,6 +103,9 @@ pub enum NodeError {
     /// The operating system does not do its part.
     #[error("cannot start: {0}")]
     System(#[from] std::io::Error),
+    /// A port of the wire cannot be opened.
+    #[error("wire: {0}")]
+    Wire(String),
     /// The bag cannot be written.
     #[error("record: {0}")]
     Bag(#[from] WriteError),
@@ -128,15 +138,17 @@ pub fn run(scene: &Scene, options: &RunOptions) -> Result<(), NodeError> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     // Before anybody can see the node: from its first sign of life it ends cleanly.
     let stop = runtime.block_on(async { Stop::new() })?;
+    let ports = options.wire.as_ref().map(Ports::open).transpose().map_err(NodeError::Wire)?;
     let mut ros = Ros::open(options.start.names.clone(), domain_id, reach)?;
     let recorder = record(&mut ros, &scene, &parameters, options)?;
     let outcome = runtime.block_on(async {
         let inputs = Inputs::open(&mut ros, &scene)?;
         let outputs = Outputs::open(&mut ros, &scene)?;
         let rosout = Rosout::open(&mut ros, lines, &options.start.names.to_string())?;
+        let wire = ports.map(Wire::new).transpose()?;
         let topics = (inputs, outputs, rosout);
         let runner = Runner::new(scene, parameters, topics, &mut ros, options)?;
-        runner.record(recorder.clone()).run(stop).await
+        runner.record(recorder.clone()).speak(wire).run(stop).await
     });
     ros.close();
     if let Some(recorder) = recorder {
@@ -192,12 +204,13 @@ fn text(value: ParameterValue) -> String {
 
 /// The parameters, whose values the scene then has.
 fn parameters(scene: &mut Scene, options: &RunOptions) -> Result<Parameters, String> {
-    let RunOptions { scene: name, start, rate, seconds, record } = options;
+    let RunOptions { scene: name, start, rate, seconds, record, .. } = options;
     let values = start.values();
     let mut all = declared::declare(scene, name, *rate, *seconds);
     let record = record.as_ref().map(|folder| folder.display().to_string());
     all.push(declared::of_the_bag(record.unwrap_or_default()));
     all.extend(declared::of_robots(&values));
+    all.extend(soccer::parameters(&scene.pucks));
     let parameters = Parameters::new(all, &start.names.to_string(), &values)?;
     declared::apply(&parameters, scene)?;
     Ok(parameters)

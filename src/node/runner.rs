@@ -4,6 +4,7 @@
 use std::time::{Duration, Instant, SystemTime};
 
 use futures::StreamExt;
+use futures::stream::LocalBoxStream;
 use glam::DVec2;
 use ros2_client::ParameterValue;
 use tokio::time::MissedTickBehavior;
@@ -21,11 +22,13 @@ use super::robots::Robots;
 use super::rosout::Rosout;
 use super::simulation::services::{self as simulation_services, Effect, Request};
 use super::simulation::steps::{Steps, Telling};
+use super::soccer::Soccer;
 use super::stage::{Source, Stage};
 use super::status::Status;
 use super::timeline::Timeline;
+use super::wire::{Batch, Wire};
 use super::{NodeError, RunOptions, Stop};
-use crate::messages::{CircleStates, Header, Odometry, Time};
+use crate::messages::{CircleStates, Header, Odometry, Time, TrackedFrame};
 use crate::motion::arena::{Arena, Halt};
 use crate::publish::error_report::Totals;
 use crate::receive::{self, Cause, Standing};
@@ -46,6 +49,7 @@ pub struct Runner<'a> {
     stage: Stage,
     steps: Steps,
     robots: Robots,
+    soccer: Soccer,
     parameters: Parameters,
     /// The node's whole name.
     name: String,
@@ -61,6 +65,7 @@ pub struct Runner<'a> {
     status: Status,
     complaints: Complaints,
     live: Live,
+    wire: Option<Wire>,
     /// Messages that never reached the loop.
     dropped: u64,
     recorder: Option<Recorder>,
@@ -85,6 +90,9 @@ impl<'a> Runner<'a> {
         let steps = Steps::open(ros)?;
         let robots = Robots::open(ros, &parameters)?;
         inputs.hear(ros, &robots)?;
+        let mut soccer = Soccer::open(ros, &parameters)?;
+        soccer.follow(ros, &scene.pucks)?;
+        inputs.track(ros, soccer.heard())?;
         inputs.add(steps.requests().map(Input::Steps).boxed_local());
         Ok(Self {
             ros,
@@ -95,6 +103,7 @@ impl<'a> Runner<'a> {
             stage: Stage::new(scene, time),
             steps,
             robots,
+            soccer,
             parameters,
             name: options.start.names.to_string(),
             end: seconds,
@@ -106,6 +115,7 @@ impl<'a> Runner<'a> {
             quit: false,
             status: Status::new(start),
             complaints: Complaints::new(start),
+            wire: None,
             dropped: 0,
             recorder: None,
             is_failure_told: false,
@@ -119,6 +129,16 @@ impl<'a> Runner<'a> {
             self.stage.keep_journal();
         }
         self.recorder = recorder;
+        self
+    }
+
+    /// Speaks to teams too, from the beginning.
+    pub fn speak(mut self, wire: Option<(Wire, Vec<LocalBoxStream<'static, Batch>>)>) -> Self {
+        let Some((wire, streams)) = wire else { return self };
+        for stream in streams {
+            self.inputs.add(stream.map(Input::Wire).boxed_local());
+        }
+        self.wire = Some(wire);
         self
     }
 
@@ -177,7 +197,11 @@ impl<'a> Runner<'a> {
     fn next_wake(&self) -> Instant {
         let now = Instant::now();
         let wake = match self.arena() {
-            Some(_) if self.stall.is_none() => self.stage.time.wake(now),
+            Some(_) if self.stall.is_none() => {
+                let time = &self.stage.time;
+                let seen = self.wire.as_ref().map(|wire| time.wake_for(wire.due(), now));
+                seen.map_or(time.wake(now), |seen| seen.min(time.wake(now)))
+            }
             Some(_) => now + STALL_RETRY,
             None => {
                 let end = self.end.unwrap_or(f64::INFINITY);
@@ -191,6 +215,7 @@ impl<'a> Runner<'a> {
 
     /// Advances the arena to its next tick when that is due, and publishes its state there.
     fn tick_if_due(&mut self, now: Instant) {
+        self.see(now);
         let tick = self.stage.time.next_tick();
         let due = self.stage.time.due(now);
         if self.arena().is_none() || due < tick || now < self.retry_at {
@@ -201,9 +226,58 @@ impl<'a> Runner<'a> {
         let reached = self.arena().map_or(0.0, |arena| arena.now());
         if self.stage.time.reach(reached, self.stepped_at) {
             self.outputs.tick(&self.stage, &mut self.complaints);
+            self.soccer.tick(&self.stage, self.outputs.peers(), &mut self.complaints);
             self.stall = None;
             let told = self.steps.made_one();
             self.tell(told);
+        }
+    }
+
+    /// Takes the frames of vision that are due, each at its own instant.
+    fn see(&mut self, now: Instant) {
+        let due = self.stage.time.due(now);
+        while let Some(frame) = self.wire.as_ref().map(Wire::due)
+            && self.arena().is_some()
+            && frame <= due
+            && now >= self.retry_at
+        {
+            if self.arena().is_some_and(|arena| arena.now() < frame) {
+                let outcome = self.step(None, frame);
+                self.arena_outcome(&outcome);
+            }
+            if self.arena().is_none_or(|arena| arena.now() < frame) {
+                // It takes more than one step to get there.
+                break;
+            }
+            if let Some(wire) = &mut self.wire {
+                wire.look(&mut self.stage, &mut self.complaints);
+            }
+            self.write_journal();
+        }
+    }
+
+    /// Does what datagrams ask.
+    fn play(&mut self, batch: &Batch) {
+        self.to_present();
+        let Some(wire) = &mut self.wire else { return };
+        let wanted = wire.receive(batch, &mut self.stage, &mut self.complaints);
+        if let Some(speed) = wanted.speed {
+            self.set_speed(speed);
+        }
+        self.follow(&Effect { pucks: wanted.pucks, ..Effect::default() });
+    }
+
+    /// A speed of 0 is a pause, and any other ends it.
+    fn set_speed(&mut self, speed: f64) {
+        let now = Instant::now();
+        if speed == 0.0 {
+            self.stage.pause();
+        } else {
+            self.stage.time.set_rate(speed, now);
+            self.stage.play(now);
+            let rate = ParameterValue::Double(speed);
+            self.parameters.put("rate", rate.clone());
+            self.tell_parameters(Vec::new(), vec![("rate".to_owned(), rate)]);
         }
     }
 
@@ -229,6 +303,7 @@ impl<'a> Runner<'a> {
             self.complaints.say("types", &line);
         }
         let freed = self.outputs.free(self.ros).and_then(|()| self.robots.free(self.ros));
+        let freed = freed.and_then(|()| self.soccer.free(self.ros));
         if let Err(error) = freed {
             self.complaints.say("publishers", &error);
         }
@@ -250,6 +325,12 @@ impl<'a> Runner<'a> {
                     Err(error) => self.complaints.refuse(&topic, Cause::from(&error), &error),
                 }
             }
+            Input::Tracked(received) => {
+                let topic = self.soccer.heard().unwrap_or_default().to_owned();
+                if let Some(frame) = self.read(&topic, *received) {
+                    self.hear_tracker(&topic, frame);
+                }
+            }
             Input::Velocity { topic, id, received } => {
                 let Some(twist) = self.read(&topic, received) else { return };
                 match receive::wanted(&twist) {
@@ -257,6 +338,7 @@ impl<'a> Runner<'a> {
                     Err(error) => self.complaints.refuse(&topic, Cause::from(&error), &error),
                 }
             }
+            Input::Wire(batch) => self.play(&batch),
             Input::Clock(received) => {
                 if let Some(clock) = self.read("/clock", received) {
                     self.hear_clock(clock.clock);
@@ -315,7 +397,32 @@ impl<'a> Runner<'a> {
         self.answer(topic, &header, report, Some(Source::Made(header.clone())));
     }
 
-    fn answer(&mut self, topic: &str, header: &Header, report: Report, source: Option<Source>) {
+    /// Everything that a tracker sees is a circle that somebody else owns.
+    fn hear_tracker(&mut self, topic: &str, frame: TrackedFrame) {
+        if !frame.timestamp.is_finite() {
+            let what = format_args!("timestamp is {}: must be finite", frame.timestamp);
+            return self.complaints.refuse(topic, Cause::NotFinite, &what);
+        }
+        let report = self.soccer.report(&frame, &mut self.complaints);
+        let (stamp, frame_id) =
+            (Time::from_seconds(report.time), self.stage.scene().node.frame_id.clone());
+        let header = Header { stamp, frame_id };
+        let source = Some(Source::Made(header.clone()));
+        let velocities = self.answer(topic, &header, report, source);
+        let Self { soccer, outputs, complaints, .. } = self;
+        outputs.update_peers();
+        soccer.correct(frame, &velocities, outputs.peers(), complaints);
+    }
+
+    /// Answers a report; the velocities of those that touched.
+    fn answer(
+        &mut self,
+        topic: &str,
+        header: &Header,
+        report: Report,
+        source: Option<Source>,
+    ) -> Vec<(DiscId, DVec2)> {
+        let mut velocities = Vec::new();
         for answer in self.command(Command::Observe(report), source).answers {
             for (id, reason) in &answer.refused {
                 let what = format_args!("circle {id}: {reason}");
@@ -328,8 +435,10 @@ impl<'a> Runner<'a> {
             if !answer.contacts.is_empty() {
                 self.outputs.answer(header, &answer, &mut self.complaints);
                 self.correct_robots(header, &answer.velocities);
+                velocities.extend(answer.velocities);
             }
         }
+        velocities
     }
 
     fn correct_robots(&mut self, header: &Header, velocities: &[(DiscId, DVec2)]) {
@@ -421,7 +530,8 @@ impl<'a> Runner<'a> {
             let followed = self
                 .inputs
                 .follow(self.ros, pucks)
-                .and_then(|()| self.outputs.follow(self.ros, pucks));
+                .and_then(|()| self.outputs.follow(self.ros, pucks))
+                .and_then(|()| self.soccer.follow(self.ros, pucks));
             if let Err(error) = followed {
                 self.complaints.say("pucks", &error);
             }
@@ -433,6 +543,7 @@ impl<'a> Runner<'a> {
             self.stall = None;
             self.live.restart();
             self.outputs.restart();
+            self.wire.iter_mut().for_each(Wire::restart);
             self.status.restart(self.stage.world().arena(), Instant::now());
             self.tell_time();
         }
@@ -466,14 +577,22 @@ impl<'a> Runner<'a> {
 
     /// Brings the arena to the present and gives it the command there.
     fn command(&mut self, command: Command, source: Option<Source>) -> Outcome {
-        let present = self.stage.time.due(Instant::now());
-        if self.arena().is_some() {
-            let before = self.step(None, present);
-            self.arena_outcome(&before);
-        }
+        let present = self.to_present();
         let outcome = self.step(Some((command, source)), present);
         self.arena_outcome(&outcome);
         outcome
+    }
+
+    /// Brings the arena to the present, which is returned, s.
+    fn to_present(&mut self) -> f64 {
+        let now = Instant::now();
+        self.see(now);
+        let present = self.stage.time.due(now);
+        if self.arena().is_some() {
+            let outcome = self.step(None, present);
+            self.arena_outcome(&outcome);
+        }
+        present
     }
 
     fn step(&mut self, command: Option<(Command, Option<Source>)>, advance_to: f64) -> Outcome {

@@ -14,7 +14,7 @@ use crate::messages::Header;
 use crate::scene::file::is_token;
 use crate::scene::{Puck, Scene};
 use crate::world::{
-    Command, Disc, DiscId, Instants, NotDone, Outcome, Owner, Settings, Walls, World, limits,
+    Command, Disc, DiscId, Drive, Instants, NotDone, Outcome, Owner, Settings, Walls, World, limits,
 };
 
 /// What the simulation does, as simulation_interfaces has it.
@@ -249,6 +249,51 @@ impl Stage {
         self.ask(Command::PlacePuck { id, position: at, velocity })
     }
 
+    /// Pucks that are there are like this from now on, all at once: where they stand in each other's
+    /// way now, they may not then. Those that are driven go on as they look, with no command.
+    ///
+    /// # Errors
+    /// [`NotDone`]; all are as before then, but for their commands.
+    pub fn replace(&mut self, discs: &[Disc]) -> Result<(), NotDone> {
+        let ids: HashSet<DiscId> = discs.iter().map(|disc| disc.id).collect();
+        let as_is: Vec<(Disc, Option<Drive>)> = self
+            .now()
+            .into_iter()
+            .filter(|(_, disc)| ids.contains(&disc.id))
+            .map(|(_, disc)| (disc, self.drive_as_it_looks(disc.id)))
+            .collect();
+        for id in &ids {
+            self.ask(Command::RemovePuck { id: *id })?;
+        }
+        let added: Result<(), NotDone> =
+            discs.iter().try_for_each(|disc| self.ask(Command::AddPuck(*disc)));
+        if added.is_err() {
+            for (disc, _) in &as_is {
+                // Of those that were added some are there.
+                let _ = self.ask(Command::RemovePuck { id: disc.id });
+            }
+            // Where they have been there is room.
+            as_is.iter().try_for_each(|(disc, _)| self.ask(Command::AddPuck(*disc)))?;
+        }
+        for (disc, drive) in &as_is {
+            drive.iter().for_each(|drive| self.give(disc.id, *drive));
+        }
+        if added.is_ok() {
+            for puck in &mut self.pucks {
+                if let Some(disc) = discs.iter().find(|disc| disc.id == puck.disc.id) {
+                    (puck.disc.radius, puck.disc.mass) = (disc.radius, disc.mass);
+                }
+            }
+        }
+        added
+    }
+
+    /// What a driven puck can, looking where it looks now.
+    fn drive_as_it_looks(&self, id: DiscId) -> Option<Drive> {
+        let (drive, pose) = (self.world.drive_of(id)?, self.world.pose(id)?);
+        Some(Drive { heading: pose.heading, ..drive })
+    }
+
     /// Goes back to the beginning, in part or in all. Observed circles are forgotten where time is.
     ///
     /// # Errors
@@ -327,7 +372,9 @@ impl Stage {
             return Err(NotDone::Defect(defect));
         }
         let inside = |walls: &Walls| walls.contain(disc.position, disc.radius);
-        if !self.scene.settings.walls.as_ref().is_none_or(inside) {
+        let Settings { walls, segments, .. } = &self.scene.settings;
+        let is_in_segment = segments.is_some_and(|segments| segments.refuse(&disc, walls.as_ref()));
+        if is_in_segment || !walls.as_ref().is_none_or(inside) {
             return Err(NotDone::OutsideWalls);
         }
         self.world = World::new(self.scene.settings, &[disc]);
@@ -336,7 +383,10 @@ impl Stage {
     }
 
     /// One command, between two steps.
-    fn ask(&mut self, command: Command) -> Result<(), NotDone> {
+    ///
+    /// # Errors
+    /// [`NotDone`]; nothing is changed then.
+    pub fn ask(&mut self, command: Command) -> Result<(), NotDone> {
         let reached = self.world.arena().map_or(0.0, |arena| arena.now());
         // What is heard now is not what makes circles stale.
         let instants = Instants { heard_at: f64::NEG_INFINITY, advance_to: reached };
@@ -370,8 +420,8 @@ impl Stage {
             }
         }
         self.pucks = pucks.into_iter().map(|(puck, _)| puck).collect();
-        let driven: Vec<Puck> = self.pucks.iter().filter(|puck| puck.driven).cloned().collect();
-        driven.iter().for_each(|puck| self.drive(puck));
+        let all = self.pucks.clone();
+        all.iter().for_each(|puck| self.drive(puck));
         let left: HashSet<DiscId> = self.pucks.iter().map(|puck| puck.disc.id).collect();
         self.spawned.retain(|id| left.contains(id));
         Ok(())
@@ -379,11 +429,19 @@ impl Stage {
 
     /// A puck that has come follows its commands, if it is driven.
     fn drive(&mut self, puck: &Puck) {
-        if puck.driven {
-            let (id, drive) = (puck.disc.id, puck.drive);
-            self.note(|| Entry::Driven { id, drive: DriveLine::new(&drive) });
-            self.world.drive(id, drive);
+        if let Some(ball) = puck.ball {
+            let id = puck.disc.id;
+            self.note(|| Entry::Ball { id, ball });
+            self.world.add_ball(id, ball);
         }
+        if puck.driven {
+            self.give(puck.disc.id, puck.drive);
+        }
+    }
+
+    fn give(&mut self, id: DiscId, drive: Drive) {
+        self.note(|| Entry::Driven { id, drive: DriveLine::new(&drive) });
+        self.world.drive(id, drive);
     }
 
     /// To where the scene has them.
@@ -436,7 +494,7 @@ mod tests {
     fn speed(stage: &mut Stage) -> f64 {
         let begin = stage.world().arena().map_or(0.0, |arena| arena.now());
         let (id, heard_at) = (stage.pucks()[0].disc.id, f64::NEG_INFINITY);
-        let wanted = Wanted { linear: DVec2::X, angular: 0.0 };
+        let wanted = Wanted { linear: DVec2::X, ..Wanted::default() };
         let asked = Some((Command::Drive { id, wanted }, None));
         stage.step(asked, Instants { heard_at, advance_to: begin });
         stage.step(None, Instants { heard_at, advance_to: begin + 0.1 });

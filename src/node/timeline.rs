@@ -79,6 +79,15 @@ impl Timeline {
         }
     }
 
+    /// When a simulated time is due that lies ahead; far away while time stands still.
+    pub fn wake_for(&self, simulated: f64, now: Instant) -> Instant {
+        match (self.paused, self.steps_left) {
+            (true, 0) => now + LATER,
+            (true, _) => now,
+            (false, _) => self.pace.instant_of(simulated),
+        }
+    }
+
     /// Tells how far the simulation has come; whether that is a tick, which is then over.
     pub fn reach(&mut self, simulated: f64, now: Instant) -> bool {
         self.reached = simulated;

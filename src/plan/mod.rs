@@ -16,7 +16,7 @@ use crate::motion::events::Events;
 use crate::motion::plain::Laws;
 use crate::motion::springs::{self, Ending, Scheme};
 use crate::motion::steps::Stepping;
-use crate::world::{Disc, Pace, Settings, Walls};
+use crate::world::{Disc, Pace, Segments, Settings, Walls};
 use parts::{Part, Parts};
 
 /// Up to so many discs looking at all pairs is quicker than building a grid (measured: `cargo
@@ -157,7 +157,9 @@ impl Plan {
         let Some(method) = method else { return Ok(()) };
         let mut plan = Self { method, built: self.needed, ..*self };
         let laws = plan.laws(settings);
+        let exact_only = matches!(method, Method::Events | Method::Steps | Method::Springs);
         let lacks = match method {
+            _ if exact_only && laws.segments.is_some() => Some("segments; take ticks or plain"),
             Method::Events if !Events::suits(&laws, pucks) => {
                 Some("extreme units and periodic boxes of less than five diameters")
             }
@@ -207,9 +209,11 @@ impl Plan {
 
     /// The laws of the arena, with the parts that it needs.
     pub fn laws(&self, settings: &Settings) -> Laws {
+        let (walls, segments) = boundary(settings);
         Laws {
             restitution: settings.restitution,
-            walls: settings.walls.or(self.built.has(Part::Walls).then_some(Walls::FAR_AWAY)),
+            walls: walls.or(self.built.has(Part::Walls).then_some(Walls::FAR_AWAY)),
+            segments,
             periodic: settings.periodic,
             drag: settings.drag,
             gravity: settings.gravity.filter(|gravity| *gravity != DVec2::ZERO),
@@ -225,7 +229,17 @@ impl Plan {
     }
 }
 
+/// The box and the segments around an arena: where the segments are a box, that is enough.
+fn boundary(settings: &Settings) -> (Option<Walls>, Option<Segments>) {
+    let segments = settings.segments.filter(|segments| !segments.all().is_empty());
+    match (settings.walls, segments.and_then(|segments| segments.as_box())) {
+        (None, Some(walls)) => (Some(walls), None),
+        (walls, _) => (walls, segments),
+    }
+}
+
 fn loses_energy(settings: &Settings) -> bool {
     let wall = settings.walls.map_or(1.0, |walls| walls.restitution);
-    settings.restitution.min(wall) < 1.0
+    let segment = settings.segments.map_or(1.0, |segments| segments.restitution);
+    settings.restitution.min(wall).min(segment) < 1.0
 }

@@ -20,6 +20,8 @@ pub const AHEAD_FROM: usize = 30_000;
 pub enum Part {
     /// The box that discs bounce off.
     Walls,
+    /// Line segments that discs bounce off.
+    Segments,
     /// The box that repeats: positions are seen from the nearest image.
     Periodic,
     /// The nearest image where the border cannot lie between.
@@ -66,8 +68,9 @@ pub enum Part {
 
 impl Part {
     /// All of them, as they are listed.
-    pub const ALL: [Self; 22] = [
+    pub const ALL: [Self; 23] = [
         Self::Walls,
+        Self::Segments,
         Self::Periodic,
         Self::WrapInside,
         Self::FixedDiscs,
@@ -95,6 +98,7 @@ impl Part {
     pub fn name(self) -> &'static str {
         match self {
             Self::Walls => "walls",
+            Self::Segments => "line segments",
             Self::Periodic => "periodic box",
             Self::WrapInside => "wrap inside the box",
             Self::FixedDiscs => "fixed discs",
@@ -139,6 +143,7 @@ impl Part {
         match self {
             Self::WrapInside | Self::Ahead => method == Events,
             Self::Remembered | Self::DoubleDouble => method == Plain,
+            Self::Segments => matches!(method, Plain | Ticks),
             Self::ContactTime => matches!(method, Events | Plain | Ticks),
             Self::Lanes => method != Plain,
             Self::ExtremeUnits => method != Events,
@@ -221,6 +226,7 @@ impl Parts {
         let lossy = laws.restitution < 1.0;
         Self::that(|part| match part {
             Part::Walls => laws.walls.is_some_and(|walls| walls != Walls::FAR_AWAY),
+            Part::Segments => laws.segments.is_some(),
             Part::Periodic => laws.periodic.is_some(),
             Part::FixedDiscs => discs.iter().any(|disc| disc.mass.is_infinite()),
             Part::Masses => differ(|disc| disc.mass),

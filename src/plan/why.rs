@@ -131,9 +131,12 @@ impl Told<'_> {
         let Settings { restitution, drag, .. } = *self.settings;
         let fixed = self.pucks.iter().filter(|puck| puck.mass.is_infinite()).count();
         match part {
-            Part::Walls => self.settings.walls.map_or(String::new(), |walls| {
+            Part::Walls => self.plan.laws(self.settings).walls.map_or(String::new(), |walls| {
                 let size = walls.max - walls.min;
                 format!("a box of {} m by {} m", short(size.x), short(size.y))
+            }),
+            Part::Segments => self.settings.segments.map_or(String::new(), |segments| {
+                format!("{} of them, met at faces and ends", segments.all().len())
             }),
             Part::Periodic => self.settings.periodic.map_or(String::new(), |periodic| {
                 let size = periodic.size();
@@ -159,11 +162,16 @@ impl Told<'_> {
 
     fn not_needed(&self, part: Part) -> String {
         let (count, method) = (self.pucks.len(), self.plan.method);
-        if !self.pucks.is_empty() && !part.is_known_to(method) {
+        let a_box = part == Part::Segments;
+        if !self.pucks.is_empty() && !part.is_known_to(method) && !a_box {
             return format!("the method {method} does not have it");
         }
         match part {
             Part::Walls => "no walls".to_owned(),
+            Part::Segments if self.settings.segments.is_some() => {
+                "the four are a box, which is enough".to_owned()
+            }
+            Part::Segments => "none".to_owned(),
             Part::Periodic => "nothing repeats".to_owned(),
             Part::WrapInside if self.settings.periodic.is_none() => "nothing repeats".to_owned(),
             Part::WrapInside => "only the outermost cells look across the border".to_owned(),

@@ -35,7 +35,7 @@ fn contact(contact: &world::Contact) -> Contact {
         a: contact.a,
         b: match contact.b {
             Partner::Disc(id) => id,
-            Partner::Wall(_) => Contact::WALL,
+            Partner::Wall(_) | Partner::Segment(_) => Contact::WALL,
         },
         point_x: contact.point.x,
         point_y: contact.point.y,

@@ -33,11 +33,13 @@ pub enum Cause {
     NotMet,
     /// More touching pairs than are resolved.
     TooManyPairs,
+    /// There is no robot or ball of that name.
+    UnknownRobot,
 }
 
 impl Cause {
     /// All of them, in the order in which they are told.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Undecodable,
         Self::TooManyCircles,
         Self::NotFinite,
@@ -49,6 +51,7 @@ impl Cause {
         Self::TooWide,
         Self::NotMet,
         Self::TooManyPairs,
+        Self::UnknownRobot,
     ];
 
     /// Its name in `refused_causes`.
@@ -65,6 +68,7 @@ impl Cause {
             Self::TooWide => "too_wide",
             Self::NotMet => "not_met",
             Self::TooManyPairs => "too_many_pairs",
+            Self::UnknownRobot => "unknown_robot",
         }
     }
 }

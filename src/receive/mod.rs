@@ -10,7 +10,7 @@ use std::collections::HashMap;
 use glam::DVec2;
 
 use crate::messages::{CircleState, CircleStates, Contact, Odometry, Twist};
-use crate::world::{Defect, Disc, DiscId, Report, Wanted, limits};
+use crate::world::{Defect, Disc, DiscId, Frame, Report, Wanted, limits};
 
 pub use cause::{Cause, Refused};
 
@@ -147,5 +147,5 @@ pub fn wanted(twist: &Twist) -> Result<Wanted, Defect> {
             return Err(Defect { field, value, wanted: "1e60 at most" });
         }
     }
-    Ok(Wanted { linear: DVec2::new(linear.x, linear.y), angular: angular.z })
+    Ok(Wanted { linear: DVec2::new(linear.x, linear.y), angular: angular.z, frame: Frame::Own })
 }

@@ -140,6 +140,7 @@ impl<'a> Story<'a> {
         let time = match contact.b {
             Partner::Disc(j) => self.collide(i, j as usize)?,
             Partner::Wall(side) => self.bounce(i, side)?,
+            Partner::Segment(_) => return Err("no scene of the report has segments".to_owned()),
         };
         if time < self.now {
             return Err("before the one before it".to_owned());
@@ -148,7 +149,7 @@ impl<'a> Story<'a> {
         self.time_error_s = self.time_error_s.max(error);
         let partner = match contact.b {
             Partner::Disc(j) => Some(j as usize),
-            Partner::Wall(_) => None,
+            Partner::Wall(_) | Partner::Segment(_) => None,
         };
         for k in std::iter::once(i).chain(partner) {
             let flight = flight(&self.bodies[k], &time);

@@ -3,7 +3,8 @@
 //!
 //! [`pair`] is the law for two discs, in the form that loses no digits, [`precise`] the same in
 //! double-double; [`vector_method`] is the same law as the seven textbook steps, kept as its judge.
-//! [`wall`] is the law for a wall. [`touching`] resolves many contacts that exist at the same
+//! [`wall`] is the law for a wall, [`segment`] for a line segment.
+//! [`touching`] resolves many contacts that exist at the same
 //! instant, those that share discs by [`simultaneous`].
 //! [`overlap`] parts discs that a step of fixed length let overlap.
 
@@ -14,6 +15,8 @@ pub mod precise;
 pub mod vector_method;
 
 pub mod wall;
+
+pub mod segment;
 
 pub mod touching;
 

@@ -9,6 +9,8 @@ use serde::Deserialize;
 use serde_saphyr::{Location, Spanned};
 
 use super::batch::{Batch, Placed, Range};
+use super::boundary::{SegmentsFile, WallsFile};
+use super::league::{BallFile, DriveFile, FieldFile, RobotsFile};
 use super::{NodeSettings, Puck, Scene, SceneError};
 use crate::detect;
 use crate::detect::touching::overlap;
@@ -16,14 +18,14 @@ use crate::messages::Contact;
 use crate::plan::budget::{self, Wish};
 use crate::plan::parts::Parts;
 use crate::plan::{BroadPhase, Method};
-use crate::world::{Disc, Drive, Model, Pace, Periodic, Settings, Walls, limits};
+use crate::world::{Disc, Drive, Pace, Periodic, Segments, Settings, Walls, limits};
 
 /// Grey: the colour of pucks that name none.
-const DEFAULT_COLOUR: [u8; 4] = [128, 128, 128, 255];
+pub(super) const DEFAULT_COLOUR: [u8; 4] = [128, 128, 128, 255];
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct SceneFile {
+pub(super) struct SceneFile {
     name: Option<String>,
     restitution: Option<Spanned<f64>>,
     contact_time_s: Option<Spanned<f64>>,
@@ -32,24 +34,21 @@ struct SceneFile {
     tick_s: Option<Spanned<f64>>,
     stiffness: Option<Spanned<f64>>,
     damping: Option<Spanned<f64>>,
-    walls: Option<Spanned<WallsFile>>,
-    gravity: Option<Spanned<[f64; 2]>>,
-    drag: Option<Spanned<f64>>,
-    periodic: Option<Spanned<WallsFile>>,
+    pub(super) walls: Option<Spanned<WallsFile>>,
+    pub(super) segments: Option<Spanned<SegmentsFile>>,
+    pub(super) gravity: Option<Spanned<[f64; 2]>>,
+    pub(super) drag: Option<Spanned<f64>>,
+    pub(super) periodic: Option<Spanned<WallsFile>>,
+    field: Option<Spanned<FieldFile>>,
+    ball: Option<Spanned<BallFile>>,
+    #[serde(default)]
+    robots: Vec<Spanned<RobotsFile>>,
     #[serde(default)]
     pucks: Vec<Spanned<PuckFile>>,
     #[serde(default)]
     batches: Vec<Spanned<BatchFile>>,
     #[serde(default)]
     node: NodeFile,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct WallsFile {
-    x: [f64; 2],
-    y: [f64; 2],
-    restitution: Option<Spanned<f64>>,
 }
 
 #[derive(Deserialize)]
@@ -65,24 +64,6 @@ struct PuckFile {
     colour: Option<Spanned<String>>,
     driven: Option<bool>,
     drive: Option<Spanned<DriveFile>>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct DriveFile {
-    model: Option<DriveModel>,
-    speed_max: Option<Spanned<f64>>,
-    acceleration_max: Option<Spanned<f64>>,
-    turn_max: Option<Spanned<f64>>,
-    turn_acceleration_max: Option<Spanned<f64>>,
-    heading: Option<Spanned<f64>>,
-}
-
-#[derive(Clone, Copy, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum DriveModel {
-    Holonomic,
-    Differential,
 }
 
 #[derive(Deserialize)]
@@ -173,8 +154,8 @@ pub fn parse_puck(text: &str, file: &str) -> Result<Puck, SceneError> {
     }
     let colour = reader.colour(&template.colour)?;
     let (driven, drive) = reader.drive(template.driven.unwrap_or(true), &template.drive)?;
-    let (name, namespace) = (name.unwrap_or_default(), String::new());
-    Ok(Puck { name, namespace, disc, colour, driven, drive })
+    let name = name.unwrap_or_default();
+    Ok(Puck { name, disc, colour, driven, drive, ..Puck::default() })
 }
 
 /// The library's words in one line, with the place in front.
@@ -189,17 +170,24 @@ fn unreadable(error: &serde_saphyr::Error, file: &str) -> SceneError {
     SceneError { file: file.to_owned(), place, message }
 }
 
+/// Where pucks may stand.
+#[derive(Clone, Copy)]
+pub(super) struct Bounds {
+    pub walls: Option<Walls>,
+    pub segments: Option<Segments>,
+}
+
 /// Checks a scene and builds it.
-struct Reader<'a> {
+pub(super) struct Reader<'a> {
     file: &'a str,
     names: HashSet<String>,
     ids: HashSet<u32>,
     /// Where to look for a free id.
     next_id: u32,
-    pucks: Vec<Puck>,
+    pub(super) pucks: Vec<Puck>,
 }
 
-type Checked<T> = Result<T, SceneError>;
+pub(super) type Checked<T> = Result<T, SceneError>;
 
 impl<'a> Reader<'a> {
     fn new(file: &'a str) -> Self {
@@ -221,13 +209,19 @@ impl<'a> Reader<'a> {
         let periodic = self.periodic(scene)?;
         // Pucks begin inside the periodic box, clear of its border: so none overlap across it.
         let room = periodic.map(|Periodic { min, max }| Walls { min, max, restitution: 1.0 });
-        self.read_pucks(&scene.pucks, walls.or(room))?;
+        let segments = self.segments(scene, restitution)?;
+        let bounds =
+            Bounds { walls: walls.or(room), segments: segments.as_ref().map(|(all, _)| *all) };
+        self.read_ball(&scene.ball, bounds)?;
+        self.read_robots(&scene.robots, bounds)?;
+        self.read_pucks(&scene.pucks, bounds)?;
         self.read_batches(&scene.batches, walls.or(room))?;
         let node = &scene.node;
         let stale_default = limits::STALE_AFTER_S;
         let settings = Settings {
             restitution,
             walls,
+            segments: bounds.segments,
             gravity: self.gravity(&scene.gravity)?,
             drag: self.drag(scene)?,
             periodic,
@@ -240,11 +234,13 @@ impl<'a> Reader<'a> {
             keep: Parts::NONE,
         };
         self.fits(periodic, scene)?;
+        let field = self.field(&scene.field)?;
+        let segment_names = segments.map_or_else(Vec::new, |(_, names)| names);
         let node = self.node(node)?;
         self.pucks.sort_by_key(|puck| puck.disc.id);
         let name = scene.name.clone().unwrap_or_else(|| self.file.to_owned());
         let (pucks, text) = (std::mem::take(&mut self.pucks), "".into());
-        let mut read = Scene { name, settings, pucks, node, text };
+        let mut read = Scene { name, settings, pucks, node, text, field, segment_names };
         let place = scene.method.as_ref().map(|method| method.referenced);
         read.choose(None, None).map_err(|message| self.error(place, message))?;
         Ok(read)
@@ -309,13 +305,15 @@ impl<'a> Reader<'a> {
         Ok(Wish { error, budget: Some(budget.map_err(wrong)?) })
     }
 
-    fn read_pucks(&mut self, pucks: &[Spanned<PuckFile>], walls: Option<Walls>) -> Checked<()> {
-        let mut used = HashSet::new();
+    fn read_pucks(&mut self, pucks: &[Spanned<PuckFile>], bounds: Bounds) -> Checked<()> {
+        let mut used: HashSet<u32> = self.pucks.iter().map(|puck| puck.disc.id).collect();
+        let mut places: Vec<Location> = vec![Location::UNKNOWN; self.pucks.len()];
         if let Some(puck) = pucks.get(limits::PUCKS_PER_SCENE) {
             let message = format!("at most {} pucks", limits::PUCKS_PER_SCENE);
             return Err(self.error(Some(puck.referenced), message));
         }
         for puck in pucks {
+            places.push(puck.referenced);
             let (place, puck) = (Some(puck.referenced), &puck.value);
             let name = self.name(&puck.name)?;
             let id = self.id(puck.id);
@@ -332,52 +330,39 @@ impl<'a> Reader<'a> {
                 radius: puck.radius,
                 mass: puck.mass.unwrap_or(1.0),
             };
-            if let Some(defect) = disc.refusal() {
-                return Err(self.error(place, format!("puck `{name}`: {defect}")));
-            }
-            if walls.is_some_and(|walls| !walls.contain(disc.position, disc.radius)) {
-                let message = format!("puck `{name}` must lie inside the walls");
-                return Err(self.error(place, message));
-            }
+            self.may_stand(&name, &disc, bounds, place)?;
             let colour = self.colour(&puck.colour)?;
             let (driven, drive) = self.drive(puck.driven.unwrap_or(true), &puck.drive)?;
-            self.pucks.push(Puck { name, namespace: String::new(), disc, colour, driven, drive });
+            self.pucks.push(Puck { name, disc, colour, driven, drive, ..Puck::default() });
         }
-        self.no_overlaps(pucks)
+        self.no_overlaps(&places)
     }
 
-    /// How a puck is driven, if it is.
-    fn drive(&self, driven: bool, file: &Option<Spanned<DriveFile>>) -> Checked<(bool, Drive)> {
-        let Some(Spanned { value: file, referenced, .. }) = file else {
-            return Ok((driven, Drive::default()));
-        };
-        if !driven {
-            let message = "drive: only with driven: true".to_owned();
-            return Err(self.error(Some(*referenced), message));
+    /// Refuses a puck that is out of range or out of bounds.
+    pub(super) fn may_stand(
+        &self,
+        name: &str,
+        disc: &Disc,
+        bounds: Bounds,
+        place: Option<Location>,
+    ) -> Checked<()> {
+        let Bounds { walls, segments } = bounds;
+        if let Some(defect) = disc.refusal() {
+            return Err(self.error(place, format!("puck `{name}`: {defect}")));
         }
-        let model = match file.model {
-            Some(DriveModel::Holonomic) => Model::Holonomic,
-            Some(DriveModel::Differential) => Model::Differential,
-            None => {
-                let message = "drive: needs a model, holonomic or differential".to_owned();
-                return Err(self.error(Some(*referenced), message));
-            }
-        };
-        let limit =
-            |key: &str, value| self.number(key, value, f64::INFINITY, |x| x > 0.0, "above 0");
-        let turn = |x: f64| x.abs() <= std::f64::consts::TAU;
-        let drive = Drive {
-            model,
-            speed_max: limit("speed_max", &file.speed_max)?,
-            acceleration_max: limit("acceleration_max", &file.acceleration_max)?,
-            turn_max: limit("turn_max", &file.turn_max)?,
-            turn_acceleration_max: limit("turn_acceleration_max", &file.turn_acceleration_max)?,
-            heading: self.number("heading", &file.heading, 0.0, turn, "a turn at most, in rad")?,
-        };
-        Ok((driven, drive))
+        if walls.is_some_and(|walls| !walls.contain(disc.position, disc.radius)) {
+            let message = format!("puck `{name}` must lie inside the walls");
+            return Err(self.error(place, message));
+        }
+        if segments.is_some_and(|segments| segments.refuse(disc, walls.as_ref())) {
+            let message = format!("puck `{name}` must lie within the field, off all segments");
+            return Err(self.error(place, message));
+        }
+        Ok(())
     }
 
-    fn no_overlaps(&self, pucks: &[Spanned<PuckFile>]) -> Checked<()> {
+    /// `places`: of the pucks in the file.
+    fn no_overlaps(&self, places: &[Location]) -> Checked<()> {
         let discs: Vec<Disc> = self.pucks.iter().map(|puck| puck.disc).collect();
         let pairs = detect::touching_pairs(&discs, 0.0, BroadPhase::Grid)
             .map_err(|error| self.error(None, error.to_string()))?;
@@ -385,7 +370,8 @@ impl<'a> Reader<'a> {
         let Some((i, j)) = first else { return Ok(()) };
         let (a, b) = (&self.pucks[i].name, &self.pucks[j].name);
         let message = format!("puck `{b}` overlaps puck `{a}`: part them, or let them just touch");
-        Err(self.error(Some(pucks[j].referenced), message))
+        let place = Some(places[j]).filter(|place| *place != Location::UNKNOWN);
+        Err(self.error(place, message))
     }
 
     fn read_batches(
@@ -419,8 +405,7 @@ impl<'a> Reader<'a> {
                     return Err(self.error(place, format!("the name `{name}` is taken")));
                 }
                 let (driven, drive) = (file.driven.unwrap_or(false), Drive::default());
-                let namespace = String::new();
-                self.pucks.push(Puck { name, namespace, disc, colour, driven, drive });
+                self.pucks.push(Puck { name, disc, colour, driven, drive, ..Puck::default() });
             }
         }
         Ok(())
@@ -461,67 +446,8 @@ impl<'a> Reader<'a> {
         })
     }
 
-    fn walls(&self, key: &str, walls: &Spanned<WallsFile>, restitution: f64) -> Checked<Walls> {
-        let WallsFile { x, y, restitution: own } = &walls.value;
-        let ordered = |[low, high]: [f64; 2]| low < high && low.is_finite() && high.is_finite();
-        if !ordered(*x) || !ordered(*y) {
-            let message = format!("{key}: x and y must be [low, high] with low below high");
-            return Err(self.error(Some(walls.referenced), message));
-        }
-        Ok(Walls {
-            min: DVec2::new(x[0], y[0]),
-            max: DVec2::new(x[1], y[1]),
-            restitution: self.fraction("restitution", own, restitution)?,
-        })
-    }
-
-    /// The periodic box, which excludes walls and gravity.
-    fn periodic(&self, scene: &SceneFile) -> Checked<Option<Periodic>> {
-        let Some(file) = &scene.periodic else { return Ok(None) };
-        if scene.walls.is_some() || scene.gravity.is_some() || file.value.restitution.is_some() {
-            let message = "periodic: x and y only, without walls and without gravity".to_owned();
-            return Err(self.error(Some(file.referenced), message));
-        }
-        let Walls { min, max, .. } = self.walls("periodic", file, 1.0)?;
-        Ok(Some(Periodic { min, max }))
-    }
-
-    /// Refuses a periodic box in which a pair could touch in two images at once.
-    fn fits(&self, periodic: Option<Periodic>, scene: &SceneFile) -> Checked<()> {
-        let Some(periodic) = periodic else { return Ok(()) };
-        let radius = self.pucks.iter().map(|puck| puck.disc.radius).fold(0.0, f64::max);
-        if periodic.size().min_element() > 4.0 * radius {
-            return Ok(());
-        }
-        let message = format!("periodic: must be wider than 4 radii, {} m", 4.0 * radius);
-        Err(self.error(scene.periodic.as_ref().map(|file| file.referenced), message))
-    }
-
-    fn gravity(&self, gravity: &Option<Spanned<[f64; 2]>>) -> Checked<Option<DVec2>> {
-        let Some(gravity) = gravity else { return Ok(None) };
-        let acceleration = DVec2::from_array(gravity.value);
-        // Squares of squares, over any length that a puck has, must stay in range.
-        let usual = |size: f64| size == 0.0 || (1e-30..=1e30).contains(&size);
-        if usual(acceleration.x.abs()) && usual(acceleration.y.abs()) {
-            return Ok(Some(acceleration));
-        }
-        let message = "gravity: [x, y] in m/s^2, each 0 or of a size from 1e-30 to 1e30".to_owned();
-        Err(self.error(Some(gravity.referenced), message))
-    }
-
-    /// The drag, which excludes gravity.
-    fn drag(&self, scene: &SceneFile) -> Checked<f64> {
-        let usual = |drag: f64| drag == 0.0 || (1e-30..=1e30).contains(&drag);
-        let drag = self.number("drag", &scene.drag, 0.0, usual, "0, or from 1e-30 to 1e30 1/s")?;
-        if drag != 0.0 && scene.gravity.is_some() {
-            let message = "drag: not with gravity; leave one of them out".to_owned();
-            return Err(self.error(scene.drag.as_ref().map(|drag| drag.referenced), message));
-        }
-        Ok(drag)
-    }
-
     /// A name that is new and a token of topic names.
-    fn name(&mut self, name: &Spanned<String>) -> Checked<String> {
+    pub(super) fn name(&mut self, name: &Spanned<String>) -> Checked<String> {
         let place = Some(name.referenced);
         if !is_token(&name.value) {
             let message = format!(
@@ -537,7 +463,7 @@ impl<'a> Reader<'a> {
     }
 
     /// The id wished for, or the next free one.
-    fn id(&mut self, wished: Option<u32>) -> u32 {
+    pub(super) fn id(&mut self, wished: Option<u32>) -> u32 {
         if let Some(id) = wished {
             return id;
         }
@@ -547,7 +473,7 @@ impl<'a> Reader<'a> {
         self.next_id
     }
 
-    fn colour(&self, colour: &Option<Spanned<String>>) -> Checked<[u8; 4]> {
+    pub(super) fn colour(&self, colour: &Option<Spanned<String>>) -> Checked<[u8; 4]> {
         let Some(colour) = colour else { return Ok(DEFAULT_COLOUR) };
         let parsed = csscolorparser::parse(&colour.value).map_err(|_| {
             let message = format!("colour `{}`: a CSS colour such as \"#d62728\"", colour.value);
@@ -568,19 +494,34 @@ impl<'a> Reader<'a> {
         Err(self.error(Some(amount.referenced), message))
     }
 
-    fn fraction(&self, key: &str, value: &Option<Spanned<f64>>, default: f64) -> Checked<f64> {
+    pub(super) fn fraction(
+        &self,
+        key: &str,
+        value: &Option<Spanned<f64>>,
+        default: f64,
+    ) -> Checked<f64> {
         self.number(key, value, default, |x| (0.0..=1.0).contains(&x), "from 0 to 1")
     }
 
-    fn at_least_0(&self, key: &str, value: &Option<Spanned<f64>>, default: f64) -> Checked<f64> {
+    pub(super) fn at_least_0(
+        &self,
+        key: &str,
+        value: &Option<Spanned<f64>>,
+        default: f64,
+    ) -> Checked<f64> {
         self.number(key, value, default, |x| x >= 0.0 && x.is_finite(), "0 or more")
     }
 
-    fn above_0(&self, key: &str, value: &Option<Spanned<f64>>, default: f64) -> Checked<f64> {
+    pub(super) fn above_0(
+        &self,
+        key: &str,
+        value: &Option<Spanned<f64>>,
+        default: f64,
+    ) -> Checked<f64> {
         self.number(key, value, default, |x| x > 0.0 && x.is_finite(), "above 0")
     }
 
-    fn number(
+    pub(super) fn number(
         &self,
         key: &str,
         value: &Option<Spanned<f64>>,
@@ -598,7 +539,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn error(&self, place: Option<Location>, message: String) -> SceneError {
+    pub(super) fn error(&self, place: Option<Location>, message: String) -> SceneError {
         let place = place.map(|place| (place.line(), place.column()));
         SceneError { file: self.file.to_owned(), place, message }
     }

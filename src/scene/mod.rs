@@ -1,9 +1,14 @@
 //! Scenes: an arena and its pucks, from a YAML file or shipped with the program.
 //!
-//! [`mod@file`] is the format and its checks, [`batch`] places random pucks from a seed,
+//! [`mod@file`] is the format and its checks, [`league`] what robot soccer adds to it;
+//! [`batch`] places random pucks from a seed,
 //! [`lattice`] on a lattice; [`shipped`] are the scenes in `config/`. Nothing here moves.
 
 pub mod file;
+
+pub mod league;
+
+mod boundary;
 
 pub mod batch;
 
@@ -20,7 +25,10 @@ use std::sync::Arc;
 
 use crate::plan::budget::Wish;
 use crate::plan::{Method, Plan};
-use crate::world::{Disc, Drive, Settings, World, limits};
+use crate::referee::{CRASH_SPEED_MPS, Referee};
+use crate::world::{Ball, Disc, Drive, Settings, World, limits};
+use glam::DVec2;
+use league::{Field, Member};
 
 /// Everything that a run begins with.
 #[derive(Clone, Debug)]
@@ -33,6 +41,10 @@ pub struct Scene {
     pub pucks: Vec<Puck>,
     /// How the node runs it.
     pub node: NodeSettings,
+    /// The field as its league measures it, if it is one.
+    pub field: Option<Field>,
+    /// The names of the segments, in their order.
+    pub segment_names: Vec<String>,
     /// The file that it was read from, word by word.
     pub text: Arc<str>,
 }
@@ -80,12 +92,22 @@ impl Scene {
         Ok(())
     }
 
+    /// Who watches the robots of its teams, if there are two.
+    pub fn referee(&self) -> Option<Referee> {
+        let team = |puck: &Puck| Some((puck.disc.id, puck.member?.team as u8));
+        let robots: Vec<(u32, u8)> = self.pucks.iter().filter_map(team).collect();
+        let are_two = robots.iter().any(|(_, team)| *team != robots[0].1);
+        are_two.then(|| Referee::new(&robots, CRASH_SPEED_MPS))
+    }
+
     /// The world at time 0.
     pub fn world(&self) -> World {
         let discs: Vec<Disc> = self.pucks.iter().map(|puck| puck.disc).collect();
         let mut world = World::new(self.settings, &discs);
         let driven = self.pucks.iter().filter(|puck| puck.driven);
         driven.for_each(|puck| world.drive(puck.disc.id, puck.drive));
+        let balls = self.pucks.iter().filter_map(|puck| Some((puck.disc.id, puck.ball?)));
+        balls.for_each(|(id, ball)| world.add_ball(id, ball));
         world
     }
 }
@@ -105,6 +127,27 @@ pub struct Puck {
     pub driven: bool,
     /// How it follows that.
     pub drive: Drive,
+    /// How it slows down, if it is a ball.
+    pub ball: Option<Ball>,
+    /// Whom it plays for, if it is a robot of a team.
+    pub member: Option<Member>,
+}
+
+impl Default for Puck {
+    /// A puck of 1 m and 1 kg that nobody drives.
+    fn default() -> Self {
+        let (position, velocity) = (DVec2::ZERO, DVec2::ZERO);
+        Self {
+            name: String::new(),
+            namespace: String::new(),
+            disc: Disc { id: 0, position, velocity, radius: 1.0, mass: 1.0 },
+            colour: file::DEFAULT_COLOUR,
+            driven: false,
+            drive: Drive::default(),
+            ball: None,
+            member: None,
+        }
+    }
 }
 
 impl Puck {

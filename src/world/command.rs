@@ -4,9 +4,10 @@ use glam::DVec2;
 
 use super::contact::Contact;
 use super::disc::{Defect, Disc, DiscId};
-use super::drives::Wanted;
+use super::drives::{Drive, Wanted};
 use crate::detect::TooManyPairs;
 use crate::motion::arena::Halt;
+use crate::referee::Crash;
 
 /// Something asked of the world, by a topic or a program.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,6 +27,43 @@ pub enum Command {
         id: DiscId,
         /// Where to.
         wanted: Wanted,
+    },
+    /// A robot kicks along its heading, if a ball is in the mouth of its [kicker](super::Kicker) at
+    /// this instant; or else nothing happens.
+    Kick {
+        /// The robot.
+        id: DiscId,
+        /// Speed of the ball along the heading, m/s, 0 or more; above what the kicker can, that.
+        speed: f64,
+    },
+    /// The dribbler of a robot runs from now on, or does not. A command time-out stops it.
+    Dribble {
+        /// The robot.
+        id: DiscId,
+        /// Whether it runs.
+        on: bool,
+    },
+    /// A robot looks elsewhere from now on.
+    Turn {
+        /// The robot.
+        id: DiscId,
+        /// rad
+        heading: f64,
+        /// rad/s
+        turn: f64,
+    },
+    /// A robot has other limits from now on; [`Drive::heading`] is not looked at.
+    SetDrive {
+        /// The robot.
+        id: DiscId,
+        /// What it can.
+        drive: Drive,
+    },
+    /// A ball rolls from now on: its spin fits its velocity. [`Command::PlacePuck`] leaves it
+    /// without spin, so that it slides first; [`Command::SetVelocity`] leaves the spin as it is.
+    Roll {
+        /// The ball.
+        id: DiscId,
     },
     /// One more simulated puck, from now on.
     AddPuck(Disc),
@@ -78,6 +116,8 @@ pub struct Outcome {
     pub answers: Vec<Answer>,
     /// The arena's contacts, in the order of time.
     pub contacts: Vec<Contact>,
+    /// Crashes of robots, where [somebody watches](super::World::watch), in the order of time.
+    pub crashes: Vec<Crash>,
     /// What observed circles must do after contacts with simulated pucks: the latest velocity each,
     /// by id.
     pub corrections: Vec<(DiscId, DVec2)>,
@@ -132,10 +172,16 @@ pub enum NotDone {
     /// There is no such puck.
     #[error("no puck has id {0}; see arena_states for those that are there")]
     Unknown(DiscId),
+    /// It is no robot.
+    #[error("puck {0} is not driven; give it a drive in the scene")]
+    NotDriven(DiscId),
+    /// It is no ball.
+    #[error("puck {0} is no ball; only a scene's ball slides and rolls")]
+    NoBall(DiscId),
     /// It would overlap a disc.
     #[error("the puck would overlap disc {0}; part them, or let them just touch")]
     Overlaps(DiscId),
-    /// It would stand in or beyond a wall.
+    /// It would stand in or beyond a wall or a line segment.
     #[error("the puck would not lie within the walls")]
     OutsideWalls,
     /// It is so wide that it could touch another on two sides of a periodic box.
@@ -153,6 +199,9 @@ pub enum NotDone {
     /// There are no walls to be moved.
     #[error("the arena has no walls; start with a scene that has a box")]
     NoWalls,
+    /// The boundary is made of line segments.
+    #[error("a field of line segments stays where it is; start with another scene")]
+    FixedField,
     /// The new walls are no box, or one without room for the widest puck.
     #[error("the walls must be finite and leave room for every puck")]
     NoRoom,

@@ -12,6 +12,8 @@ pub enum Partner {
     Disc(DiscId),
     /// A wall of the box.
     Wall(Side),
+    /// A line segment, by its place among all.
+    Segment(u32),
 }
 
 /// One resolved contact.
@@ -42,7 +44,7 @@ impl Contact {
     pub fn discs(&self) -> impl Iterator<Item = DiscId> + use<> {
         let partner = match self.b {
             Partner::Disc(id) => Some(id),
-            Partner::Wall(_) => None,
+            Partner::Wall(_) | Partner::Segment(_) => None,
         };
         std::iter::once(self.a).chain(partner)
     }

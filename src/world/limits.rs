@@ -25,6 +25,9 @@ pub const RADIUS_IN_PERIODIC_BOX: f64 = 0.07;
 /// Smallest and largest rate of arena states, 1/s.
 pub const PUBLISH_RATES_HZ: (f64, f64) = (1e-3, 1e5);
 
+/// Most line segments around an arena: they are carried along with its laws.
+pub const SEGMENTS: usize = 64;
+
 /// Largest scene file read, bytes.
 pub const SCENE_FILE_BYTES: u64 = 16 << 20;
 
@@ -91,6 +94,9 @@ pub const PUBLISH_RATE_HZ: f64 = 60.0;
 
 /// First id of robots that report themselves by `odom`: below those of pucks.
 pub const FIRST_ROBOT_ID: u32 = 900_000;
+
+/// First id of robots and balls of tracked frames: below those of pucks.
+pub const FIRST_PLAYER_ID: u32 = 950_000;
 
 /// First id of pucks that a scene does not number: far above what publishers tend to use.
 pub const FIRST_PUCK_ID: u32 = 1_000_000;

@@ -4,23 +4,28 @@
 //! to whoever reports it: the world never moves it, it says what its velocity must be after its
 //! contacts. Without pucks there is no arena and nothing to advance: a pure resolver.
 
+mod ball;
 mod command;
 mod contact;
 mod disc;
 mod drives;
 mod observed;
 mod periodic;
+mod play;
+mod segments;
 mod walls;
 
 pub mod limits;
 
 use std::collections::HashSet;
 
+pub use ball::{Ball, BallMotion};
 pub use command::{Answer, Command, Instants, NotDone, Outcome, Refusal, Report};
 pub use contact::{Contact, Partner};
 pub use disc::{Defect, Disc, DiscId};
-pub use drives::{Drive, Model, Pose, Wanted};
+pub use drives::{Drive, Frame, HOLD_GAP_M, Kicker, Model, Pose, Wanted};
 pub use periodic::Periodic;
+pub use segments::{BadSegment, Segment, Segments};
 pub use walls::{Side, Walls};
 
 use glam::DVec2;
@@ -29,6 +34,7 @@ use crate::detect::{self, Pair, TooManyPairs};
 use crate::motion::arena::Arena;
 use crate::plan::parts::{Part, Parts};
 use crate::plan::{Method, Plan};
+use crate::referee::Referee;
 use crate::resolve;
 use drives::Drives;
 use observed::Observed;
@@ -49,6 +55,9 @@ pub struct Settings {
     pub restitution: f64,
     /// The box around the arena, if there is one.
     pub walls: Option<Walls>,
+    /// Line segments that bound the arena, inside of the walls if there are any; not with gravity,
+    /// drag or a periodic box.
+    pub segments: Option<Segments>,
     /// The periodic box around the arena, if there is one; not with walls or gravity. Observed
     /// circles meet pucks across its border, but not each other.
     pub periodic: Option<Periodic>,
@@ -103,6 +112,7 @@ impl Default for Settings {
         Self {
             restitution: 1.0,
             walls: None,
+            segments: None,
             periodic: None,
             gravity: None,
             drag: 0.0,
@@ -127,6 +137,7 @@ pub struct World {
     scratch: Vec<Disc>,
     pucks: HashSet<DiscId>,
     drives: Drives,
+    referee: Option<Referee>,
     arena: Option<Arena>,
 }
 
@@ -141,12 +152,43 @@ impl World {
         let pucks = pucks.iter().map(|puck| puck.id).collect();
         let (observed, scratch) = (Observed::default(), Vec::new());
         let drives = Drives::new(settings.pace.tick, settings.command_timeout);
-        Self { settings, plan, observed, scratch, pucks, drives, arena }
+        Self { settings, plan, observed, scratch, pucks, drives, referee: None, arena }
     }
 
     /// A puck is driven from now on: [`Command::Drive`] says where to.
     pub fn drive(&mut self, id: DiscId, drive: Drive) {
         self.drives.add(id, drive);
+    }
+
+    /// A puck is a ball from now on: it slides, rolls and stops. Its velocity is that of a ball
+    /// without spin.
+    pub fn add_ball(&mut self, id: DiscId, ball: Ball) {
+        let Some(arena) = &mut self.arena else { return };
+        let Some(disc) = arena.disc(id) else { return };
+        let velocity = self.drives.add_ball(&disc, ball, arena.now());
+        arena.set_velocity(id, velocity);
+    }
+
+    /// Crashes are told from now on; `None` = no longer.
+    pub fn watch(&mut self, referee: Option<Referee>) {
+        self.referee = referee;
+    }
+
+    /// How a ball moves now, at this very instant: the arena has the mean velocity of the tick.
+    pub fn ball(&self, id: DiscId) -> Option<BallMotion> {
+        let arena = self.arena.as_ref()?;
+        self.drives.motion(&arena.disc(id)?, arena.now())
+    }
+
+    /// Whether a ball is in the mouth of a robot: it can kick it.
+    pub fn has_ball(&self, id: DiscId) -> bool {
+        let discs = self.arena.as_ref().map(|arena| arena.discs(Owner::Simulated).collect());
+        discs.is_some_and(|discs: Vec<Disc>| self.drives.in_mouth(id, &discs).is_some())
+    }
+
+    /// What a driven puck can.
+    pub fn drive_of(&self, id: DiscId) -> Option<Drive> {
+        self.drives.drive(id)
     }
 
     /// Heading and turning rate of a driven puck.
@@ -244,11 +286,21 @@ impl World {
             (None, _) => return Err(NotDone::NoArena),
         };
         match *command {
-            Command::SetVelocity { id, velocity } => arena.set_velocity(id, velocity),
-            Command::Drive { id, wanted } => {
-                let at_once = self.drives.command(id, wanted, arena.now());
-                at_once.into_iter().for_each(|velocity| arena.set_velocity(id, velocity));
+            Command::SetVelocity { id, velocity } => {
+                arena.set_velocity(id, velocity);
+                self.drives.let_go(arena, id, None);
             }
+            Command::Drive { id, wanted } => {
+                if let Some(velocity) = self.drives.command(id, wanted, arena.now()) {
+                    arena.set_velocity(id, velocity);
+                    self.drives.let_go(arena, id, None);
+                }
+            }
+            Command::Kick { .. }
+            | Command::Dribble { .. }
+            | Command::Turn { .. }
+            | Command::SetDrive { .. }
+            | Command::Roll { .. } => play::play(&mut self.drives, arena, command)?,
             Command::AddPuck(puck) => {
                 if self.pucks.len() >= limits::PUCKS_PER_SCENE {
                     return Err(NotDone::TooMany);
@@ -264,7 +316,10 @@ impl World {
                 self.pucks.remove(&id);
                 self.drives.remove(id);
             }
-            Command::PlacePuck { id, position, velocity } => arena.place(id, position, velocity)?,
+            Command::PlacePuck { id, position, velocity } => {
+                arena.place(id, position, velocity)?;
+                self.drives.let_go(arena, id, Some(DVec2::ZERO));
+            }
             Command::MoveWalls { min, max } => {
                 arena.move_walls(min, max)?;
                 let moved = |walls: Walls| Walls { min, max, ..walls };
@@ -331,15 +386,33 @@ impl World {
     /// Advance: moves the arena on; contacts with observed circles become corrections.
     fn advance(&mut self, until: f64, outcome: &mut Outcome) {
         let Some(arena) = &mut self.arena else { return };
+        let mut noted = 0;
+        let mut note =
+            |drives: &mut Drives, referee: &mut Option<Referee>, outcome: &mut Outcome| {
+                let new = &outcome.contacts[noted..];
+                drives.note(new);
+                referee.iter_mut().for_each(|referee| referee.hear(new, &mut outcome.crashes));
+                noted = outcome.contacts.len();
+            };
+        let watch = |referee: &mut Option<Referee>, arena: &Arena| {
+            referee.iter_mut().for_each(|referee| referee.see(arena.discs(Owner::Simulated)));
+        };
+        watch(&mut self.referee, arena);
         while let (Some(tick), None) = (self.drives.due(arena.now(), until), outcome.stall) {
             outcome.stall = arena.advance(tick, &mut outcome.contacts).err();
-            if outcome.stall.is_none() {
-                let driven = self.drives.follow(tick, arena.discs(Owner::Simulated));
-                driven.into_iter().for_each(|(id, velocity)| arena.set_velocity(id, velocity));
+            note(&mut self.drives, &mut self.referee, outcome);
+            // A storm of contacts may have kept it from getting there.
+            if outcome.stall.is_some() || arena.now() < tick {
+                break;
             }
+            let discs: Vec<Disc> = arena.discs(Owner::Simulated).collect();
+            let driven = self.drives.follow(tick, &discs);
+            driven.into_iter().for_each(|(id, velocity)| arena.set_velocity(id, velocity));
+            watch(&mut self.referee, arena);
         }
-        if outcome.stall.is_none() {
+        if outcome.stall.is_none() && self.drives.due(arena.now(), until).is_none() {
             outcome.stall = arena.advance(until, &mut outcome.contacts).err();
+            note(&mut self.drives, &mut self.referee, outcome);
         }
         if self.observed.discs().is_empty() {
             return;

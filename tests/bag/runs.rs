@@ -16,7 +16,7 @@ use carom::messages::{CircleStates, CircleVelocities, Contacts, Header, Time};
 use carom::publish;
 use carom::receive;
 use carom::scene::Scene;
-use carom::world::{Command as Asking, Disc, Instants, Owner, World};
+use carom::world::{Command as Asking, Disc, Frame, Instants, Owner, World};
 use glam::DVec2;
 
 use super::common::{KIND, folder, states, time};
@@ -277,7 +277,7 @@ fn journals_keep_every_bit_of_every_command() {
     for asked in [
         Asked::Add { puck: Line::new(&disc) },
         Asked::Place { id: 7, position: [-0.0, 1.0 / 7.0], velocity: [2.0f64.sqrt(), 1e-310] },
-        Asked::Drive { id: 7, linear: [0.1, 0.7], angular: -1e-17 },
+        Asked::Drive { id: 7, linear: [0.1, 0.7], angular: -1e-17, frame: Frame::Own },
         Asked::Walls { min: [-1.0 / 3.0, 0.0], max: [1.0 / 3.0, 9.9] },
     ] {
         let entry = Entry::Step { to, heard: None, asked: Some(asked) };

@@ -27,7 +27,10 @@ fn go(world: &mut World, commands: &[Command], to: f64) {
 }
 
 fn command(x: f64, y: f64, angular: f64) -> Command {
-    Command::Drive { id: 1, wanted: Wanted { linear: DVec2::new(x, y), angular } }
+    Command::Drive {
+        id: 1,
+        wanted: Wanted { linear: DVec2::new(x, y), angular, ..Wanted::default() },
+    }
 }
 
 fn robot(world: &World) -> Disc {

@@ -61,10 +61,11 @@ fn every_refusal_has_its_cause() {
         Cause::from(&Refusal::TooWide),
         Cause::from(&Refusal::NotMet),
         Cause::from(&carom::detect::TooManyPairs),
+        Cause::UnknownRobot,
     ];
     let mut refused = Refused::default();
     causes.iter().for_each(|cause| refused.count(*cause));
-    assert_eq!(refused.total(), 11);
+    assert_eq!(refused.total(), 12);
     let told: Vec<(&str, u64)> =
         refused.counts().map(|(cause, count)| (cause.name(), count)).collect();
     let expected = [
@@ -79,6 +80,7 @@ fn every_refusal_has_its_cause() {
         ("too_wide", 1),
         ("not_met", 1),
         ("too_many_pairs", 1),
+        ("unknown_robot", 1),
     ];
     assert_eq!(told, expected);
 }

@@ -1,5 +1,6 @@
 //! Tests of everything but the node: laws first, then judges, then golden values.
 
+mod ball;
 mod budget;
 mod common;
 mod detect;
@@ -13,6 +14,7 @@ mod gravity;
 mod gravity_events;
 mod house;
 mod invariance;
+mod leagues;
 mod messages;
 mod methods;
 mod momentum;
@@ -24,6 +26,7 @@ mod precise;
 mod receive;
 mod resolve;
 mod scene;
+mod segments;
 mod sizes;
 mod springs;
 mod steps;

@@ -87,6 +87,7 @@ fn compare(contacts: &[Contact], judge: &[Event], relative: f64) {
                 assert_eq!(side, Side::Left);
                 None
             }
+            Partner::Segment(_) => panic!("no segments here"),
         };
         assert_eq!((contact.a, with), event.pair, "contact {k}");
         let late = contact.time - event.time;

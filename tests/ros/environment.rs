@@ -4,19 +4,18 @@
 //! under the target directory, and made again when what it is made of changes. It never touches a
 //! ROS installation or any Python package outside the target directory.
 
-use std::collections::hash_map::DefaultHasher;
-use std::fs::{self, File};
-use std::hash::{Hash, Hasher};
+#[path = "../environment/venv.rs"]
+mod venv;
+
+use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 
-const ROOT: &str = env!("CARGO_MANIFEST_DIR");
-/// Prints the version, then the path of Python.h; fails where `venv` cannot work.
-const PROBE: &str = "import ensurepip, venv, sys, sysconfig; print(sys.version); \
-    print(sysconfig.get_paths()['include'] + '/Python.h'); sys.exit(sys.version_info < (3, 10))";
+pub use venv::{step, target};
 
+const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 /// A ROS distribution of which there are wheels.
 #[derive(Clone, Copy)]
 pub enum Distribution {
@@ -56,52 +55,31 @@ pub fn environment(distribution: Distribution) -> &'static Path {
     }
 }
 
-/// The target directory: what is made there is removed by `cargo clean`.
-pub fn target() -> &'static Path {
-    let scratch = Path::new(env!("CARGO_TARGET_TMPDIR"));
-    scratch.parent().expect("cargo's scratch directory is inside the target directory")
-}
-
 fn find_or_make(distribution: Distribution) -> Result<PathBuf, String> {
     let python = check_tools()?;
-    let made_of = digest(&python, distribution).map_err(|e| format!("cannot read {ROOT}: {e}"))?;
-    let prefix = distribution.prefix();
-    let environment = target().join(format!("{prefix}{made_of:016x}"));
-    let complete = environment.join("complete");
-    // Against another `cargo test` at the same time; dropped, and so unlocked, at the end.
-    let lock = File::create(target().join(format!("{prefix}lock"))).map_err(|e| e.to_string())?;
-    lock.lock().map_err(|e| format!("cannot lock the environment: {e}"))?;
-    if !complete.exists() {
-        eprintln!("making {}: once, about a minute", environment.display());
-        remove_all(&prefix).map_err(|e| format!("cannot remove old environments: {e}"))?;
-        make(&environment, &distribution.requirements())?;
-        File::create(complete).map_err(|e| e.to_string())?;
-    }
-    Ok(environment)
+    let files = files(distribution).map_err(|e| format!("cannot read {ROOT}: {e}"))?;
+    venv::find_or_make(&distribution.prefix(), &python, &files, |environment| {
+        make(environment, &distribution.requirements())
+    })
 }
 
 /// What Python says of itself, or which Debian packages to install.
 fn check_tools() -> Result<String, String> {
-    let run = |program: &str, arguments: &[&str]| {
-        let output = Command::new(program).args(arguments).output().ok()?;
-        output.status.success().then(|| String::from_utf8_lossy(&output.stdout).into_owned())
-    };
     let mut missing = Vec::new();
-    let python = run("python3", &["-c", PROBE]);
-    let header = python.as_deref().and_then(|text| text.lines().last());
+    let python = venv::python();
     if python.is_none() {
         missing.push("python3-venv (Python 3.10 or newer)");
     }
-    if !header.is_some_and(|path| Path::new(path).exists()) {
+    if !python.as_ref().is_some_and(|(_, header)| header.exists()) {
         missing.push("python3-dev");
     }
     for program in ["g++", "make"] {
-        if run(program, &["--version"]).is_none() {
+        if venv::run(program, &["--version"]).is_none() {
             missing.push(program);
         }
     }
     match python {
-        Some(python) if missing.is_empty() => Ok(python),
+        Some((python, _)) if missing.is_empty() => Ok(python),
         _ => Err(format!(
             "the tests with rclpy need the Debian packages python3-venv python3-dev g++ make; \
              missing here: {}",
@@ -110,12 +88,15 @@ fn check_tools() -> Result<String, String> {
     }
 }
 
-/// A hash of all that the environment is made of.
-fn digest(python: &str, distribution: Distribution) -> io::Result<u64> {
+/// All that the environment is made of.
+fn files(distribution: Distribution) -> io::Result<Vec<PathBuf>> {
     let root = Path::new(ROOT);
     let mut files = Vec::new();
-    let theirs = ["", "msg", "srv", "action"].map(|folder| simulation_interfaces().join(folder));
-    for folder in [root.join("msg")].into_iter().chain(theirs) {
+    let mut folders = vec![root.join("msg")];
+    for package in packages() {
+        folders.extend(["", "msg", "srv", "action"].map(|folder| package.join(folder)));
+    }
+    for folder in folders.iter().filter(|folder| folder.is_dir()) {
         for entry in fs::read_dir(folder)? {
             files.push(entry?.path());
         }
@@ -124,13 +105,7 @@ fn digest(python: &str, distribution: Distribution) -> io::Result<u64> {
     files.sort();
     files.extend(["package.xml", "CMakeLists.txt"].map(|name| root.join(name)));
     files.extend([distribution.requirements(), scripts().join("relocate_cmake.py")]);
-    let mut hasher = DefaultHasher::new();
-    python.hash(&mut hasher);
-    for file in files {
-        file.hash(&mut hasher);
-        fs::read(&file)?.hash(&mut hasher);
-    }
-    Ok(hasher.finish())
+    Ok(files)
 }
 
 /// The directory of the rclpy scripts.
@@ -138,35 +113,21 @@ pub fn scripts() -> PathBuf {
     Path::new(ROOT).join("tests").join("ros")
 }
 
-/// The wire layout of a package of which there are no wheels.
-fn simulation_interfaces() -> PathBuf {
-    scripts().join("simulation_interfaces")
-}
-
-/// Those of other inputs, and one that was left unfinished.
-fn remove_all(prefix: &str) -> io::Result<()> {
-    for entry in fs::read_dir(target())? {
-        let entry = entry?;
-        let ours = entry.file_name().to_string_lossy().starts_with(prefix);
-        if ours && entry.file_type()?.is_dir() {
-            fs::remove_dir_all(entry.path())?;
-        }
-    }
-    Ok(())
+/// The wire layouts of packages of which there are no wheels.
+fn packages() -> [PathBuf; 3] {
+    ["simulation_interfaces", "robocup_ssl_msgs", "ateam_msgs"]
+        .map(|package| scripts().join(package))
 }
 
 fn make(environment: &Path, requirements: &Path) -> Result<(), String> {
     let python = environment.join("bin/python");
-    step("python3 -m venv", Command::new("python3").args(["-m", "venv"]).arg(environment))?;
-    step(
-        "pip install (it needs the network)",
-        Command::new(&python)
-            .args(["-m", "pip", "install", "--disable-pip-version-check", "--retries", "2", "-r"])
-            .arg(requirements),
-    )?;
+    venv::pip_install(environment, requirements)?;
     step("relocate_cmake.py", Command::new(&python).arg(scripts().join("relocate_cmake.py")))?;
     let build = environment.join("build");
-    let mut colcon = colcon(environment, &[Path::new(ROOT), &simulation_interfaces()], &build);
+    let others = packages();
+    let mut all = vec![Path::new(ROOT)];
+    all.extend(others.iter().map(PathBuf::as_path));
+    let mut colcon = colcon(environment, &all, &build);
     step(
         "colcon build of the interfaces",
         colcon
@@ -206,17 +167,4 @@ pub fn cmake_arguments(environment: &Path) -> [String; 5] {
         "-DCMAKE_BUILD_TYPE=Release".into(),
         "-DBUILD_TESTING=OFF".into(),
     ]
-}
-
-/// Runs one command; on failure, its last lines are the message.
-pub fn step(name: &str, command: &mut Command) -> Result<(), String> {
-    let output = command.output().map_err(|e| format!("{name}: {e}"))?;
-    if output.status.success() {
-        return Ok(());
-    }
-    let text = [output.stdout, output.stderr].concat();
-    let text = String::from_utf8_lossy(&text);
-    let lines: Vec<&str> = text.lines().collect();
-    let tail = lines[lines.len().saturating_sub(20)..].join("\n");
-    Err(format!("{name}: {}\n{tail}", output.status))
 }

@@ -10,7 +10,8 @@ from geometry_msgs.msg import Twist
 from harness import QOS, Carom, Circle, Client, scene, seconds, wait_until
 
 CAUSES = ["undecodable", "too_many_circles", "not_finite", "out_of_range", "duplicate_id",
-          "wall_id", "simulated_id", "too_many_observed", "too_wide", "not_met", "too_many_pairs"]
+          "wall_id", "simulated_id", "too_many_observed", "too_wide", "not_met", "too_many_pairs",
+          "unknown_robot"]
 FACTS = {"method", "left_out"}
 # A second of it takes many seconds: a thousand pucks at speeds of a thousand radii a second.
 HARD = """\

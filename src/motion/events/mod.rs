@@ -263,7 +263,7 @@ impl Events {
     /// small that a disc could meet two images of another.
     pub fn suits(laws: &Laws, discs: &[Disc]) -> bool {
         let wide = laws.periodic.is_none() || grids(laws, discs).are_wide();
-        !laws.extreme_units && wide
+        !laws.extreme_units && wide && laws.segments.is_none()
     }
 
     /// An arena at time 0, of a scene that [suits](Self::suits) the method.

@@ -11,6 +11,7 @@ use crate::detect::precise::{self, Sight, time_to_contact};
 use crate::exact::{DoubleDouble, DoubleDoubleVec, RunningSum, UNIT_ROUNDOFF};
 use crate::resolve::pair::Impact;
 use crate::resolve::precise::{bounce, collide};
+use crate::resolve::segment::{self, segment_contact};
 use crate::resolve::touching::{self, pair_contact};
 use crate::resolve::wall;
 use crate::world::{Contact, Disc, Side, limits};
@@ -84,6 +85,7 @@ impl Plain {
                 }
             }
             With::Wall(side) => self.bounce_off(k, side, event.time, contacts),
+            With::Segment(segment) => self.bounce_off_segment(k, segment, event.time, contacts),
             With::Renew => {
                 self.move_to(k, event.time);
                 self.predict_again(&[k], event.time);
@@ -293,6 +295,40 @@ impl Plain {
         body.kick(&bounce(&velocity, side, restitution), delay);
         self.remembered.forget(k);
         self.note_state(k);
+    }
+
+    /// Turns a body at a segment, at the instant at which it really touches.
+    fn bounce_off_segment(
+        &mut self,
+        k: usize,
+        segment: u32,
+        time: f64,
+        contacts: &mut Vec<Contact>,
+    ) {
+        let disc = self.move_to(k, time);
+        let Some(usual) = self.laws.segments.map(|segments| segments.restitution) else { return };
+        let restitution = self.restitution(usual, &[k], time);
+        let (edge, state) = (self.edges[segment as usize], self.bodies[k].state());
+        let mut near = edge.near(&state.position, disc.radius);
+        let gap = near.gap;
+        let speed = near.towards.dot(state.velocity).value() / near.towards.hi().length();
+        let is_rounding = gap.abs() <= ROUNDING * disc.radius && speed > 0.0;
+        // To second order for an end: what is left is far below any rounding.
+        let delay = if is_rounding { gap / speed } else { 0.0 };
+        if near.is_end {
+            let there = state.position.plus(state.velocity.times_double(delay));
+            near = edge.near(&there, disc.radius);
+        }
+        if let Some(turn) = segment::turn(&disc, &state.velocity, &near, restitution) {
+            self.energy.book(-turn.bounce.energy_loss);
+            self.momentum.book(turn.normal * -turn.bounce.impulse);
+            self.bodies[k].kick(&turn.change, delay);
+            self.remembered.forget(k);
+            self.note_state(k);
+            self.note_contacts(&[(k, None)], time, 1);
+            contacts.push(segment_contact(&disc, segment, gap, &turn, self.now));
+        }
+        self.predict_again(&[k], time);
     }
 
     /// Ends a hop off a wall that is too short for the clock.

@@ -6,7 +6,7 @@ use glam::DVec2;
 
 use super::body::Body;
 use super::{Plain, is_extreme};
-use crate::motion::entry::{fits_box, is_clear, may_stand, moved};
+use crate::motion::entry::{fits_box, is_clear, may_stand_among, moved};
 use crate::world::{Disc, DiscId, NotDone, Owner};
 
 impl Plain {
@@ -39,7 +39,7 @@ impl Plain {
     /// # Errors
     /// [`NotDone`]; nothing is changed then.
     pub fn add(&mut self, disc: Disc) -> Result<(), NotDone> {
-        may_stand(&disc, self.laws.walls.as_ref())?;
+        may_stand_among(&disc, &self.laws)?;
         fits_box(&disc, self.laws.periodic)?;
         if self.bodies.iter().any(|body| body.disc.id == disc.id) {
             return Err(NotDone::Taken(disc.id));
@@ -74,7 +74,7 @@ impl Plain {
     pub fn place(&mut self, id: DiscId, position: DVec2, velocity: DVec2) -> Result<(), NotDone> {
         let k = self.find(id, Owner::Simulated).ok_or(NotDone::Unknown(id))?;
         let after = Disc { position, velocity, ..self.bodies[k].disc };
-        may_stand(&after, self.laws.walls.as_ref())?;
+        may_stand_among(&after, &self.laws)?;
         self.is_clear_at(&after, Some(k))?;
         self.laws.extreme_units |= is_extreme(&after);
         let before = self.move_to_now(k);
@@ -93,6 +93,9 @@ impl Plain {
         let simulated = |k: &usize| self.bodies[*k].is_simulated();
         let within: Vec<usize> = (0..self.bodies.len()).filter(simulated).collect();
         let widest = within.iter().map(|&k| self.bodies[k].disc.radius).fold(0.0, f64::max);
+        if self.laws.segments.is_some() {
+            return Err(NotDone::FixedField);
+        }
         let walls = moved(self.laws.walls, (min, max), widest)?;
         let discs: Vec<Disc> = within.iter().map(|&k| self.move_to_now(k)).collect();
         self.laws.walls = Some(walls);

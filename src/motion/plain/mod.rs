@@ -41,8 +41,9 @@ use super::drag::slowing::straight_span;
 use super::energy::EnergyAccount;
 use super::momentum::MomentumAccount;
 use crate::detect::precise::Doubt;
+use crate::detect::segment::Edge;
 use crate::exact::{DoubleDoubleVec, RunningSum, UNIT_ROUNDOFF};
-use crate::world::{Contact, Disc, DiscId, Owner, Periodic, Side, Walls, limits};
+use crate::world::{Contact, Disc, DiscId, Owner, Periodic, Segments, Side, Walls, limits};
 use body::Body;
 use remembered::Remembered;
 
@@ -53,6 +54,8 @@ pub struct Laws {
     pub restitution: f64,
     /// The box, if there is one.
     pub walls: Option<Walls>,
+    /// Line segments, if there are any; not with gravity, drag or a periodic box.
+    pub segments: Option<Segments>,
     /// The same acceleration of all simulated discs of finite mass, m/s^2; `None` = left out.
     pub gravity: Option<DVec2>,
     /// The periodic box, if there is one; not with walls or gravity.
@@ -72,6 +75,7 @@ impl Laws {
     pub const FREE: Self = Self {
         restitution: 1.0,
         walls: None,
+        segments: None,
         gravity: None,
         periodic: None,
         drag: 0.0,
@@ -160,6 +164,8 @@ pub struct Stall {
 #[derive(Clone, Debug)]
 pub struct Plain {
     laws: Laws,
+    /// The segments, prepared.
+    edges: Vec<Edge>,
     clock: Clock,
     now: f64,
     bodies: Vec<Body>,
@@ -194,6 +200,8 @@ enum With {
     Nothing,
     Body(usize),
     Wall(Side),
+    /// A segment, by its place.
+    Segment(u32),
     /// Nobody: the nearest images may be others from now on.
     Renew,
 }
@@ -209,6 +217,7 @@ impl Plain {
     pub fn new(laws: Laws, discs: &[Disc], epoch: f64) -> Self {
         let mut arena = Self {
             laws,
+            edges: Edge::all(laws.segments.as_ref()),
             clock: Clock::new(epoch),
             now: 0.0,
             bodies: Vec::with_capacity(discs.len()),

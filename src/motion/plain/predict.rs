@@ -39,6 +39,11 @@ impl Plain {
         {
             first = Event { time: offset + hit.time, with: With::Wall(hit.side) };
         }
+        if let Some((time, segment)) = self.segment_ahead(&watcher)
+            && offset + time < first.time
+        {
+            first = Event { time: offset + time, with: With::Segment(segment) };
+        }
         // Largest relative velocity and reach seen: how long the nearest images stay the nearest.
         let (mut fastest, mut widest) = (DVec2::ZERO, 0.0f64);
         for (l, other) in self.bodies.iter().enumerate() {
@@ -88,6 +93,18 @@ impl Plain {
             return wall_impact(&watcher.state.position, disc.velocity, disc.radius, &walls);
         }
         falling_wall_impact(disc, body.acceleration, &walls)
+    }
+
+    /// The next segment of a body: when, and which, the first of equals.
+    fn segment_ahead(&self, watcher: &Watcher) -> Option<(f64, u32)> {
+        if self.edges.is_empty() || !self.bodies[watcher.k].is_simulated() {
+            return None;
+        }
+        let State { position, velocity } = &watcher.state;
+        let radius = watcher.disc.radius;
+        let times = self.edges.iter().map(|edge| edge.impact(position, velocity, radius));
+        let hits = (0u32..).zip(times).filter_map(|(k, time)| Some((time?, k)));
+        hits.min_by(|a, b| a.0.total_cmp(&b.0))
     }
 
     /// Whether a disc, known in plain doubles, could meet it within the horizon (s): quick, and

@@ -13,6 +13,8 @@ use crate::world::Side;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum With {
     Wall(Side),
+    /// A segment, by its place.
+    Segment(u32),
     Body(u32),
 }
 
@@ -125,7 +127,7 @@ impl Agenda {
 /// The other disc of an event, or the same.
 fn second(first: usize, with: With) -> usize {
     match with {
-        With::Wall(_) => first,
+        With::Wall(_) | With::Segment(_) => first,
         With::Body(k) => k as usize,
     }
 }

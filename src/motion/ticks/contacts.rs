@@ -7,6 +7,7 @@ use crate::detect::Pair;
 use crate::detect::touching::gap;
 use crate::exact::{RunningSum, UNIT_ROUNDOFF};
 use crate::resolve::pair::{Impact, collide};
+use crate::resolve::segment::{self, segment_contact};
 use crate::resolve::touching::{self, pair_contact};
 use crate::resolve::wall::{bounce, wall_contact};
 use crate::world::{Contact, Disc, Side, limits};
@@ -21,6 +22,7 @@ impl Ticks {
         let k = event.first as usize;
         match event.with {
             With::Wall(side) => self.bounce_off(k, side, contacts),
+            With::Segment(segment) => self.bounce_off_segment(k, segment, contacts),
             // A group may close around a periodic box, where no image shows it whole.
             With::Body(partner) if self.laws.periodic.is_some() => {
                 let (i, j) = self.by_id(k, partner as usize);
@@ -120,6 +122,21 @@ impl Ticks {
             self.bodies.flights[k].velocity = bounce.velocity;
             self.note_contacts(&[k], 1);
             contacts.push(wall_contact(&disc, side, &walls, &bounce, self.now));
+        }
+        self.predict_again(&[k]);
+    }
+
+    fn bounce_off_segment(&mut self, k: usize, place: u32, contacts: &mut Vec<Contact>) {
+        let Some(usual) = self.laws.segments.map(|segments| segments.restitution) else { return };
+        let disc = self.bodies.move_to(k, self.present);
+        let restitution = self.restitution(usual, &[k]);
+        let near = self.fence.edge(place).near(&disc.position.into(), disc.radius);
+        if let Some(turn) = segment::turn(&disc, &disc.velocity.into(), &near, restitution) {
+            self.energy.book(-turn.bounce.energy_loss);
+            self.momentum.book(turn.normal * -turn.bounce.impulse);
+            self.bodies.flights[k].velocity = turn.bounce.velocity;
+            self.note_contacts(&[k], 1);
+            contacts.push(segment_contact(&disc, place, near.gap, &turn, self.now));
         }
         self.predict_again(&[k]);
     }

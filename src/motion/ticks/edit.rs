@@ -6,7 +6,7 @@ use glam::DVec2;
 
 use super::Ticks;
 use super::bodies::Flight;
-use crate::motion::entry::{fits_box, is_clear, may_stand, moved};
+use crate::motion::entry::{fits_box, is_clear, may_stand_among, moved};
 use crate::motion::plain::is_extreme;
 use crate::world::{Disc, DiscId, NotDone, Owner};
 
@@ -60,7 +60,7 @@ impl Ticks {
     /// # Errors
     /// [`NotDone`]; nothing is changed then.
     pub fn add(&mut self, disc: Disc) -> Result<(), NotDone> {
-        may_stand(&disc, self.laws.walls.as_ref())?;
+        may_stand_among(&disc, &self.laws)?;
         fits_box(&disc, self.laws.periodic)?;
         if self.bodies.bodies.iter().any(|body| body.id == disc.id) {
             return Err(NotDone::Taken(disc.id));
@@ -96,7 +96,7 @@ impl Ticks {
         let k = self.bodies.find(id, Owner::Simulated).ok_or(NotDone::Unknown(id))?;
         let before = self.bodies.at(k, self.present);
         let after = Disc { position, velocity, ..before };
-        may_stand(&after, self.laws.walls.as_ref())?;
+        may_stand_among(&after, &self.laws)?;
         self.is_clear_at(&after, Some(k))?;
         self.laws.extreme_units |= is_extreme(&after);
         let start = self.bodies.inside(position);
@@ -117,6 +117,9 @@ impl Ticks {
         let simulated = |k: &usize| self.body(*k).is_simulated();
         let within: Vec<usize> = (0..self.bodies.len()).filter(simulated).collect();
         let widest = within.iter().map(|&k| self.bodies.flights[k].radius).fold(0.0, f64::max);
+        if self.laws.segments.is_some() {
+            return Err(NotDone::FixedField);
+        }
         let walls = moved(self.laws.walls, (min, max), widest)?;
         self.laws.walls = Some(walls);
         for k in within {

@@ -29,6 +29,7 @@ mod contacts;
 mod edit;
 mod neighbours;
 mod predict;
+mod segments;
 
 use glam::DVec2;
 
@@ -42,6 +43,7 @@ use agenda::{Agenda, Event};
 use bodies::{Bodies, Body, Moment};
 use neighbours::Neighbours;
 use predict::Forecast;
+use segments::Fence;
 
 /// The state of an arena under the method of ticks.
 #[derive(Clone, Debug)]
@@ -59,6 +61,7 @@ pub struct Ticks {
     speed_allowed: f64,
     bodies: Bodies,
     neighbours: Neighbours,
+    fence: Fence,
     /// What happens within the window.
     agenda: Agenda,
     forecast: Forecast,
@@ -109,6 +112,7 @@ impl Ticks {
             speed_allowed: f64::INFINITY,
             bodies: Bodies::new(tick_s, laws.periodic),
             neighbours: Neighbours::new(laws.periodic),
+            fence: Fence::new(laws.segments.as_ref()),
             agenda: Agenda::default(),
             forecast: Forecast::default(),
             together: Vec::new(),

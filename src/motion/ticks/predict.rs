@@ -37,6 +37,7 @@ impl Ticks {
         }
         self.agenda.clear(self.bodies.len());
         (0..self.bodies.len()).for_each(|k| self.foresee_wall(k, horizon));
+        self.foresee_segments(0..self.bodies.len(), horizon);
         self.foresee_pairs(horizon);
         end
     }
@@ -85,7 +86,7 @@ impl Ticks {
         }
     }
 
-    fn is_in_window(&self, offset: f64) -> bool {
+    pub(super) fn is_in_window(&self, offset: f64) -> bool {
         self.window_end.is_some_and(|end| offset <= end)
     }
 
@@ -154,6 +155,7 @@ impl Ticks {
         }
         for (place, &k) in changed.iter().enumerate() {
             self.foresee_wall(k, horizon);
+            self.foresee_segments(k..k + 1, horizon);
             self.meet_neighbours(k, horizon, &changed[..place]);
             for n in 0..self.forecast.pairs.len() {
                 let ([_, j], time) = (self.forecast.pairs[n], self.forecast.times[n]);

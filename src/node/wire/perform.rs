@@ -1,0 +1,300 @@
+//! Performing: what datagrams ask becomes commands to the stage, and what that says becomes faults.
+//!
+//! Every change goes through the stage, so that a recording has it. What is asked of one robot and
+//! cannot be leaves the others theirs.
+
+use std::collections::BTreeMap;
+
+use glam::DVec2;
+
+use crate::node::stage::Stage;
+use crate::scene::Puck;
+use crate::wire::field::Field;
+use crate::wire::orders::{Kick, Order, Orders, PlaceBall, PlaceRobot};
+use crate::wire::specs::{Specs, SpecsChange};
+use crate::wire::{Code, Faults, RobotName, Seen, View};
+use crate::world::{Command, Disc, NotDone, Pose};
+
+/// What is known of robots beside the stage.
+#[derive(Clone, Debug)]
+pub struct Book {
+    field: Field,
+    specs: BTreeMap<RobotName, Specs>,
+    /// Kicks that wait for the ball.
+    armed: BTreeMap<RobotName, Kick>,
+}
+
+impl Book {
+    /// Nothing beyond the league.
+    pub fn new(field: Field) -> Self {
+        Self { field, specs: BTreeMap::new(), armed: BTreeMap::new() }
+    }
+
+    fn specs(&self, name: RobotName) -> Specs {
+        self.specs.get(&name).copied().unwrap_or_else(|| Specs::new(&self.field))
+    }
+
+    /// Whether a robot has the ball at its dribbler.
+    pub fn has_ball(&self, stage: &Stage, name: RobotName) -> bool {
+        robot(stage, name).is_some_and(|puck| stage.world().has_ball(puck.disc.id))
+    }
+
+    /// The game as it is.
+    pub fn view(&self, stage: &Stage) -> View {
+        view(stage, |name| self.specs(name).height)
+    }
+
+    /// Gives robots their orders.
+    pub fn order(&mut self, stage: &mut Stage, orders: &Orders, faults: &mut Faults) {
+        for (name, order) in orders.iter() {
+            let Some((id, radius)) = robot(stage, name).map(|it| (it.disc.id, it.disc.radius))
+            else {
+                faults.add(Code::Unknown, format!("there is no robot {name}"));
+                continue;
+            };
+            self.arm(stage, name, &order);
+            for command in order.commands(id, radius, &self.specs(name)) {
+                let done = stage.ask(command);
+                report(faults, name, done);
+            }
+        }
+    }
+
+    /// A kick waits for the ball until it has it, or is taken back.
+    fn arm(&mut self, stage: &Stage, name: RobotName, order: &Order) {
+        let Some(kick) = order.kick else { return };
+        self.armed.remove(&name);
+        if kick.speed > 0.0 && !self.has_ball(stage, name) {
+            self.armed.insert(name, kick);
+        }
+    }
+
+    /// Kicks of those that have the ball by now.
+    pub fn kick(&mut self, stage: &mut Stage) {
+        if self.armed.is_empty() {
+            return;
+        }
+        for (name, kick) in std::mem::take(&mut self.armed) {
+            let Some((id, radius)) = robot(stage, name).map(|it| (it.disc.id, it.disc.radius))
+            else {
+                continue;
+            };
+            if !stage.world().has_ball(id) {
+                self.armed.insert(name, kick);
+                continue;
+            }
+            let order = Order { kick: Some(kick), ..Order::default() };
+            for command in order.commands(id, radius, &self.specs(name)) {
+                // It was driven when it was armed; one that is not kicks no more.
+                let _ = stage.ask(command);
+            }
+        }
+    }
+
+    /// Changes what robots are.
+    pub fn change(&mut self, stage: &mut Stage, changes: &[SpecsChange], faults: &mut Faults) {
+        for change in changes {
+            let name = change.name;
+            let Some(puck) = robot(stage, name) else {
+                faults.add(Code::Unknown, format!("robot_specs: there is no robot {name}"));
+                continue;
+            };
+            let id = puck.disc.id;
+            if let Some(drive) = stage.world().drive_of(id).filter(|_| change.limits.is_some()) {
+                let drive = change.limits.apply(drive);
+                let done = stage.ask(Command::SetDrive { id, drive });
+                report(faults, name, done);
+            }
+            if change.radius.is_some() || change.mass.is_some() {
+                let changed = |disc: Disc| Disc {
+                    radius: change.radius.unwrap_or(disc.radius),
+                    mass: change.mass.unwrap_or(disc.mass),
+                    ..disc
+                };
+                let now = stage.world().arena().and_then(|arena| arena.disc(id)).map(changed);
+                let done = now.map_or(Ok(()), |disc| stage.replace(&[disc]));
+                report(faults, name, done);
+            }
+            let mut specs = self.specs(name);
+            specs.change(change);
+            self.specs.insert(name, specs);
+        }
+    }
+
+    /// Puts robots and ball where they shall be; whether pucks have come or gone.
+    pub fn place(
+        &mut self,
+        stage: &mut Stage,
+        robots: &[PlaceRobot],
+        ball: Option<&PlaceBall>,
+        faults: &mut Faults,
+    ) -> bool {
+        let mut have_changed = false;
+        let mut moving = Vec::new();
+        for place in robots {
+            let there = robot(stage, place.name).map(|puck| puck.disc.id);
+            match (there, place.present) {
+                (Some(id), Some(false)) => {
+                    have_changed |= report(faults, place.name, stage.remove(id));
+                }
+                (None, Some(false)) => {}
+                (None, Some(true)) => have_changed |= add(stage, place, faults),
+                (None, None) => {
+                    faults.add(Code::Unknown, format!("there is no robot {}", place.name));
+                }
+                (Some(_), _) if place.moves() => moving.push(*place),
+                (Some(_), _) => {}
+            }
+        }
+        // Out of the way first, if it goes elsewhere; the robots may come to where it was.
+        let ball_first = ball.filter(|_| put_ball(stage, ball).is_ok());
+        move_all(stage, moving, faults);
+        if let (Some(_), None) = (ball, ball_first) {
+            match put_ball(stage, ball) {
+                Ok(()) => {}
+                Err(Some(why)) => faults.add(Code::NotDone, format!("ball: {why}")),
+                Err(None) => faults.add(Code::Unknown, "there is no ball in this scene"),
+            }
+        }
+        have_changed
+    }
+}
+
+/// The game as it is on a stage, with robots so high (m).
+pub fn view(stage: &Stage, height: impl Fn(RobotName) -> f64) -> View {
+    let world = stage.world();
+    let time = world.arena().map_or(0.0, |arena| arena.now());
+    let mut view = View { time, ..View::default() };
+    for (puck, Disc { id, position, velocity, radius, .. }) in stage.now() {
+        if puck.ball.is_some() {
+            let velocity = world.ball(id).map_or(velocity, |motion| motion.velocity);
+            view.ball = Some((position, velocity));
+        } else if let Some(name) = puck.member {
+            let Pose { heading, turn } = world.pose(id).unwrap_or_default();
+            let height = height(name);
+            view.robots.push(Seen { name, position, velocity, heading, turn, radius, height });
+        }
+    }
+    view.robots.sort_unstable_by_key(|robot| robot.name);
+    view
+}
+
+/// The robot of a name, if it is there.
+pub fn robot(stage: &Stage, name: RobotName) -> Option<&Puck> {
+    stage.pucks().iter().find(|puck| puck.member == Some(name))
+}
+
+/// The ball, if there is one.
+pub fn ball(stage: &Stage) -> Option<&Puck> {
+    stage.pucks().iter().find(|puck| puck.ball.is_some())
+}
+
+/// Whether it was done; if not, that is a fault.
+fn report(faults: &mut Faults, name: RobotName, done: Result<(), NotDone>) -> bool {
+    match done {
+        Ok(()) => true,
+        Err(why) => {
+            faults.add(Code::NotDone, format!("{name}: {why}"));
+            false
+        }
+    }
+}
+
+/// Adds a robot like another of its team.
+fn add(stage: &mut Stage, place: &PlaceRobot, faults: &mut Faults) -> bool {
+    let PlaceRobot { name, x, y, .. } = *place;
+    let (Some(x), Some(y)) = (x, y) else {
+        faults.add(Code::Unreadable, format!("{name}: x and y are missing: where shall it be?"));
+        return false;
+    };
+    let is_of_team = |puck: &&Puck| puck.member.is_some_and(|other| other.team == name.team);
+    let all = || stage.scene().pucks.iter();
+    let itself = all().find(|puck| puck.member == Some(name));
+    let like = itself.or_else(|| all().find(is_of_team));
+    let Some(mut puck) = like.cloned() else {
+        faults.add(Code::Unknown, format!("{name}: the scene has no robot of its team"));
+        return false;
+    };
+    if puck.member != Some(name) {
+        (puck.name, puck.member) = (name.to_string(), Some(name));
+    }
+    (puck.disc.position, puck.disc.velocity) = (DVec2::new(x, y), place.velocity);
+    puck.drive.heading = place.heading.unwrap_or(puck.drive.heading);
+    match stage.add(puck, true) {
+        Ok(_) => true,
+        Err(why) => {
+            faults.add(Code::NotDone, format!("{name}: {why}"));
+            false
+        }
+    }
+}
+
+/// Where the ball shall be; nothing without a ball.
+fn put_ball(stage: &mut Stage, ball: Option<&PlaceBall>) -> Result<(), Option<NotDone>> {
+    let (Some(ball), Some(puck)) = (ball, self::ball(stage)) else { return Err(None) };
+    let id = puck.disc.id;
+    let now = stage.world().arena().and_then(|arena| arena.disc(id)).ok_or(None)?;
+    let velocity = stage.world().ball(id).map_or(now.velocity, |motion| motion.velocity);
+    let at = DVec2::new(ball.x.unwrap_or(now.position.x), ball.y.unwrap_or(now.position.y));
+    let velocity = DVec2::new(ball.vx.unwrap_or(velocity.x), ball.vy.unwrap_or(velocity.y));
+    stage.place(id, at, velocity)?;
+    if ball.roll {
+        stage.ask(Command::Roll { id })?;
+    }
+    Ok(())
+}
+
+/// Each robot that is in the way of another may itself be moving: those that cannot go yet are
+/// tried again, and those that stand in each other's places go all at once.
+fn move_all(stage: &mut Stage, mut waiting: Vec<PlaceRobot>, faults: &mut Faults) {
+    let mut why = None;
+    loop {
+        let before = waiting.len();
+        waiting.retain(|place| match move_one(stage, place) {
+            Ok(()) => false,
+            Err(error) => {
+                why = Some(error);
+                true
+            }
+        });
+        if waiting.is_empty() {
+            return;
+        }
+        if waiting.len() == before {
+            break;
+        }
+    }
+    let discs: Vec<Disc> = waiting.iter().filter_map(|place| goal(stage, place)).collect();
+    if waiting.len() > 1 && stage.replace(&discs).is_ok() {
+        waiting.iter().for_each(|place| turn(stage, place));
+        return;
+    }
+    for place in waiting {
+        let why = move_one(stage, &place).err().or(why);
+        report(faults, place.name, why.map_or(Ok(()), Err));
+    }
+}
+
+/// What a robot shall be like.
+fn goal(stage: &Stage, place: &PlaceRobot) -> Option<Disc> {
+    let id = robot(stage, place.name)?.disc.id;
+    let now = stage.world().arena()?.disc(id)?;
+    let position = DVec2::new(place.x.unwrap_or(now.position.x), place.y.unwrap_or(now.position.y));
+    Some(Disc { position, velocity: place.velocity, ..now })
+}
+
+fn move_one(stage: &mut Stage, place: &PlaceRobot) -> Result<(), NotDone> {
+    if let Some(Disc { id, position, velocity, .. }) = goal(stage, place) {
+        stage.place(id, position, velocity)?;
+        turn(stage, place);
+    }
+    Ok(())
+}
+
+fn turn(stage: &mut Stage, place: &PlaceRobot) {
+    let Some(id) = robot(stage, place.name).map(|puck| puck.disc.id) else { return };
+    let Some(pose) = stage.world().pose(id) else { return };
+    let heading = place.heading.unwrap_or(pose.heading);
+    // A robot that has a pose can be given one.
+    let _ = stage.ask(Command::Turn { id, heading, turn: place.turn });
+}
