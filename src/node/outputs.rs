@@ -127,8 +127,14 @@ impl Outputs {
             });
         }
         if !outcome.contacts.is_empty() {
-            self.contacts
-                .send(&self.peers, complaints, || publish::contacts(header(), &outcome.contacts));
+            let contacts = &mut self.contacts;
+            if let Some(tap) = contacts.publisher.tap() {
+                tap.record_contacts(header, &outcome.contacts);
+            }
+            if self.peers.hear(contacts.publisher.guid()) {
+                let message = publish::contacts(header(), &outcome.contacts);
+                contacts.publish(message, complaints);
+            }
         }
     }
 

@@ -27,6 +27,7 @@ use crate::messages::Header;
 use crate::motion::arena::Arena;
 use crate::motion::watch::{Listener, Look, Watcher};
 use crate::publish;
+use crate::world::Contact;
 
 /// Bytes of messages that wait; beyond them new ones are dropped.
 const WAITING_BYTES_MAX: usize = 64 << 20;
@@ -57,6 +58,8 @@ enum Content {
     Journal(Entry),
     /// The pucks at an instant.
     States(Header, Look),
+    /// What met on the way there.
+    Contacts(Header, Vec<Contact>),
 }
 
 /// Hands messages to the thread that writes them. Clones write into the same bag.
@@ -213,6 +216,7 @@ impl Content {
             Self::Encoded(bytes) => *bytes,
             Self::Journal(_) => 0,
             Self::States(_, look) => look.bytes(),
+            Self::Contacts(_, contacts) => size_of_val(contacts.as_slice()),
         }
     }
 }
@@ -234,6 +238,11 @@ impl Tap {
             payloads.extend_from_slice(payload);
             Some(Content::Encoded(payload.len()))
         });
+    }
+
+    /// Records contacts of an arena.
+    pub fn record_contacts(&self, header: impl FnOnce() -> Header, contacts: &[Contact]) {
+        self.recorder.put(self.topic, |_| Some(Content::Contacts(header(), contacts.to_vec())));
     }
 
     /// Records the pucks of an arena as they are now.
@@ -323,6 +332,9 @@ impl Writing {
                     let discs = self.listener.hear(look);
                     let message = publish::arena_states(header, discs.into_iter());
                     encoded(&message, &mut self.payload)
+                }
+                Content::Contacts(header, contacts) => {
+                    encoded(&publish::contacts(header, &contacts), &mut self.payload)
                 }
             };
             self.bag.write(self.topics[topic], time_ns, time_ns, payload)?;

@@ -20,8 +20,12 @@ pub struct Rows {
 #[derive(Clone, Copy, Debug)]
 pub struct Turn {
     disc: u32,
-    flight: Flight,
+    /// Not a [`Flight`], whose alignment would half fill a list of these with nothing.
+    flight: [f64; 4],
 }
+
+/// Of so many discs one turns between two looks, as a first guess.
+const DISCS_PER_TURN: usize = 8;
 
 impl Rows {
     /// The discs at an instant, s since the start of the epoch.
@@ -45,7 +49,9 @@ impl Rows {
 
     /// Follows the arena.
     pub fn turn(&mut self, turns: &[Turn]) {
-        turns.iter().for_each(|turn| self.flights[turn.disc as usize] = turn.flight);
+        for Turn { disc, flight: [x, y, vx, vy] } in turns {
+            self.flights[*disc as usize] = Flight { x: *x, y: *y, vx: *vx, vy: *vy };
+        }
     }
 }
 
@@ -77,13 +83,13 @@ impl Events {
         if !same {
             return None;
         }
-        let mut turns = Vec::new();
+        let mut turns = Vec::with_capacity(self.flights.len() / DISCS_PER_TURN);
         let pairs = self.flights.iter().zip(&mut rows.flights);
         for (disc, (flight, row)) in pairs.enumerate() {
             if flight.bits() != row.bits() {
                 *row = *flight;
                 // A scene has far fewer than 2^32 pucks.
-                turns.push(Turn { disc: disc as u32, flight: *flight });
+                turns.push(Turn { disc: disc as u32, flight: flight.numbers() });
             }
         }
         Some((turns, self.now))
@@ -93,6 +99,10 @@ impl Events {
 impl Flight {
     /// Not the numbers: -0 is another 0, and tells another disc.
     fn bits(&self) -> [u64; 4] {
-        [self.x, self.y, self.vx, self.vy].map(f64::to_bits)
+        self.numbers().map(f64::to_bits)
+    }
+
+    fn numbers(&self) -> [f64; 4] {
+        [self.x, self.y, self.vx, self.vy]
     }
 }
