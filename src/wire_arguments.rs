@@ -22,8 +22,8 @@ pub struct WireArguments {
     /// Listen on this address; 0.0.0.0 = on all networks [default: 127.0.0.1].
     #[arg(long, value_name = "ADDRESS", requires = "wire")]
     wire_listen: Option<Ipv4Addr>,
-    /// Ports for control, blue and yellow robots [default: 10300,10301,10302]; for VSSS one port
-    /// [default: 20011].
+    /// Ports for control, blue robots, yellow robots and, if it is named, grSim's older packets
+    /// [default: 10300,10301,10302,20011]; for VSSS one port [default: 20011].
     #[arg(long, value_name = "PORTS", requires = "wire", value_delimiter = ',')]
     #[arg(value_parser = clap::value_parser!(u16).range(1..))]
     wire_ports: Vec<u16>,
@@ -97,15 +97,16 @@ impl WireArguments {
     }
 
     fn ports(&self, options: &mut WireOptions) -> Result<(), String> {
-        options.ports = match (options.field.league, self.wire_ports.as_slice()) {
-            (_, []) => options.ports,
-            (League::Ssl, [control, blue, yellow]) => [*control, *blue, *yellow],
-            (League::Vsss, [one]) => [*one, 0, 0],
+        match (options.field.league, self.wire_ports.as_slice()) {
+            (_, []) => return Ok(()),
+            (League::Ssl, [_, _, _] | [_, _, _, _]) | (League::Vsss, [_]) => {}
             (League::Ssl, _) => {
-                return Err("--wire-ports: SSL has three: control,blue,yellow".to_owned());
+                let how = "control,blue,yellow or control,blue,yellow,grsim";
+                return Err(format!("--wire-ports: SSL has three or four: {how}"));
             }
             (League::Vsss, _) => return Err("--wire-ports: VSSS has one".to_owned()),
-        };
+        }
+        options.ports.clone_from(&self.wire_ports);
         Ok(())
     }
 }

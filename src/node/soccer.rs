@@ -25,7 +25,7 @@ use crate::world::{DiscId, Report, limits};
 
 /// Messages kept for a subscriber that is slow to acknowledge.
 const DEPTH: usize = 10;
-/// Parameters of sizes, with what they are of Small Size things.
+/// Parameters.
 const IN: &str = "tracked_in";
 const OUT: &str = "tracked_out";
 const CORRECTED: &str = "tracked_corrected";
