@@ -175,6 +175,30 @@ pub struct Contacts {
     pub contacts: Vec<Contact>,
 }
 
+/// carom/msg/Crash
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Crash {
+    pub a: u32,
+    pub b: u32,
+    pub speed_a: f64,
+    pub speed_b: f64,
+    pub approach_speed: f64,
+    pub fault_a: bool,
+    pub fault_b: bool,
+    pub point_x: f64,
+    pub point_y: f64,
+    pub time: f64,
+}
+
+/// carom/msg/Crashes
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Crashes {
+    pub header: Header,
+    pub part: u32,
+    pub parts: u32,
+    pub crashes: Vec<Crash>,
+}
+
 /// carom/msg/ErrorReport
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ErrorReport {
@@ -264,6 +288,7 @@ pub struct Marker {
 pub mod marker_type {
     pub const CYLINDER: i32 = 3;
     pub const LINE_STRIP: i32 = 4;
+    pub const LINE_LIST: i32 = 5;
     pub const SPHERE_LIST: i32 = 7;
 }
 

@@ -22,7 +22,7 @@ macro_rules! own {
 
 own! {
     "CircleState" "CircleStates" "CircleVelocities" "CircleVelocity" "Contact" "Contacts"
-    "ErrorReport"
+    "Crash" "Crashes" "ErrorReport"
 }
 
 /// Type ids of RIHS01 by their names in a .msg file.

@@ -39,8 +39,8 @@ use super::service::{RosService, Service};
 use super::simulation::wire::{StepsFeedback, StepsGoal, StepsResult};
 use crate::bag::qos::Qos;
 use crate::messages::{
-    CircleStates, CircleVelocities, Clock, Contacts, DiagnosticArray, ErrorReport, MarkerArray,
-    Odometry, TrackedFrame, Twist, TwistStamped, VisionStateBall, VisionStateRobot,
+    CircleStates, CircleVelocities, Clock, Contacts, Crashes, DiagnosticArray, ErrorReport,
+    MarkerArray, Odometry, TrackedFrame, Twist, TwistStamped, VisionStateBall, VisionStateRobot,
 };
 
 /// Largest domain whose ports fit into 16 bits; RustDDS overflows silently above it.
@@ -179,6 +179,7 @@ ros_messages! {
     "carom" CircleStates circles
     "carom" CircleVelocities velocities
     "carom" Contacts contacts
+    "carom" Crashes crashes
     "carom" ErrorReport
     "diagnostic_msgs" DiagnosticArray
     "visualization_msgs" MarkerArray

@@ -12,7 +12,7 @@ use super::parts::{InParts, Waiting};
 use super::peers::Peers;
 use super::stage::Stage;
 use crate::messages::{
-    CircleStates, CircleVelocities, Clock, Contacts, DiagnosticArray, ErrorReport, Header,
+    CircleStates, CircleVelocities, Clock, Contacts, Crashes, DiagnosticArray, ErrorReport, Header,
     MarkerArray, Odometry, Time,
 };
 use crate::motion::arena::Arena;
@@ -41,6 +41,7 @@ struct Large<M: InParts + RosMessage> {
 pub struct Outputs {
     corrected_velocities: Large<CircleVelocities>,
     contacts: Large<Contacts>,
+    crashes: Large<Crashes>,
     arena_states: Large<CircleStates>,
     error_report: Publisher<ErrorReport>,
     diagnostics: Publisher<DiagnosticArray>,
@@ -63,6 +64,7 @@ impl Outputs {
         let mut outputs = Self {
             corrected_velocities: Large::open(ros, "corrected_velocities")?,
             contacts: Large::open(ros, "contacts")?,
+            crashes: Large::open(ros, "crashes")?,
             arena_states: Large::open(ros, "arena_states")?,
             error_report: ros.publisher("error_report", DEPTH)?,
             diagnostics: ros.publisher("/diagnostics", DEPTH)?,
@@ -98,6 +100,7 @@ impl Outputs {
     pub fn free(&mut self, ros: &mut Ros) -> Result<(), DdsError> {
         ros.free(&mut self.corrected_velocities.publisher)?;
         ros.free(&mut self.contacts.publisher)?;
+        ros.free(&mut self.crashes.publisher)?;
         ros.free(&mut self.arena_states.publisher)?;
         ros.free(&mut self.error_report)?;
         ros.free(&mut self.diagnostics)?;
@@ -130,6 +133,10 @@ impl Outputs {
             self.contacts
                 .send(&self.peers, complaints, || publish::contacts(header(), &outcome.contacts));
         }
+        if !outcome.crashes.is_empty() {
+            self.crashes
+                .send(&self.peers, complaints, || publish::crashes(header(), &outcome.crashes));
+        }
     }
 
     /// The arena as it is at a tick.
@@ -147,6 +154,7 @@ impl Outputs {
                 pucks: stage.now(),
                 observed: stage.world().observed(),
                 walls: stage.world().walls(),
+                segments: stage.scene().settings.segments,
                 periodic: stage.scene().settings.periodic,
             };
             let header = Header { stamp: stamp(arena), frame_id: self.frame_id.clone() };
@@ -224,6 +232,7 @@ impl Outputs {
         let dues = [
             self.corrected_velocities.waiting.due(),
             self.contacts.waiting.due(),
+            self.crashes.waiting.due(),
             self.arena_states.waiting.due(),
         ];
         dues.into_iter().flatten().min()
@@ -233,6 +242,7 @@ impl Outputs {
     pub fn send_waiting(&mut self, now: Instant, complaints: &mut Complaints) {
         self.corrected_velocities.send_waiting(now, complaints);
         self.contacts.send_waiting(now, complaints);
+        self.crashes.send_waiting(now, complaints);
         self.arena_states.send_waiting(now, complaints);
     }
 
@@ -240,6 +250,7 @@ impl Outputs {
     pub fn dropped(&self) -> u64 {
         self.corrected_velocities.waiting.dropped()
             + self.contacts.waiting.dropped()
+            + self.crashes.waiting.dropped()
             + self.arena_states.waiting.dropped()
     }
 }

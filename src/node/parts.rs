@@ -9,7 +9,7 @@
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-use crate::messages::{CircleStates, CircleVelocities, Contacts, Header};
+use crate::messages::{CircleStates, CircleVelocities, Contacts, Crashes, Header};
 
 /// Largest payload of a part, bytes.
 const PART_BYTES: usize = 50_000;
@@ -51,6 +51,7 @@ in_parts! {
     CircleStates circles: crate::messages::CircleState, 56;
     CircleVelocities velocities: crate::messages::CircleVelocity, 24;
     Contacts contacts: crate::messages::Contact, 80;
+    Crashes crashes: crate::messages::Crash, 64;
 }
 
 /// The parts of a message; one that is small stays whole, with `parts` 0.

@@ -406,6 +406,7 @@ impl Stage {
         }
         if time || self.world.arena().is_none() {
             self.world = World::new(self.scene.settings, &discs);
+            self.world.watch(self.scene.referee());
             self.note(|| Entry::World { pucks: discs.iter().map(Line::new).collect() });
             self.time.restart(now);
         } else {

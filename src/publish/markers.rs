@@ -1,5 +1,6 @@
 //! `markers`: what RViz and Foxglove draw. A cylinder a puck up to some hundred, beyond that lists
-//! of spheres of nearly the same size; the walls as a line; what is gone is deleted by name.
+//! of spheres of nearly the same size; walls and segments as lines; what is gone is deleted by its
+//! name.
 //!
 //! Nothing here decides whether anybody looks.
 
@@ -11,7 +12,7 @@ use crate::messages::{
     ColorRgba, Header, Marker, MarkerArray, Pose, Quaternion, Vector3, marker_action, marker_type,
 };
 use crate::scene::Puck;
-use crate::world::{Disc, Periodic, Walls};
+use crate::world::{Disc, Periodic, Segments, Walls};
 
 /// Up to so many circles each is a marker of its own.
 const CYLINDERS_UP_TO: usize = 300;
@@ -27,6 +28,7 @@ const OBSERVED: [u8; 4] = [200, 200, 200, 160];
 const PUCKS: &str = "pucks";
 const OBSERVED_NAME: &str = "observed";
 const WALLS: &str = "walls";
+const SEGMENTS: &str = "segments";
 
 /// What was drawn last, so that what is gone can be deleted.
 #[derive(Clone, Debug, Default)]
@@ -41,6 +43,8 @@ pub struct Picture<'a> {
     pub observed: &'a [Disc],
     /// The box around them.
     pub walls: Option<Walls>,
+    /// The segments of the boundary.
+    pub segments: Option<Segments>,
     /// The box that repeats.
     pub periodic: Option<Periodic>,
 }
@@ -55,6 +59,7 @@ impl Drawn {
         let border = picture.walls.map(|walls| (walls.min, walls.max));
         let border = border.or(picture.periodic.map(|periodic| (periodic.min, periodic.max)));
         markers.extend(border.map(|(min, max)| frame(header, min, max)));
+        markers.extend(picture.segments.map(|segments| lines(header, &segments)));
         let now: BTreeSet<_> = markers.iter().map(|(name, marker)| (*name, marker.id)).collect();
         let gone = self.0.difference(&now).map(|&(name, id)| Marker {
             action: marker_action::DELETE,
@@ -119,6 +124,20 @@ fn frame(header: &Header, min: DVec2, max: DVec2) -> Named {
     (WALLS, marker)
 }
 
+fn lines(header: &Header, segments: &Segments) -> Named {
+    let ends = || segments.all().iter().flat_map(|segment| [segment.from, segment.to]);
+    let min = ends().fold(DVec2::INFINITY, DVec2::min);
+    let size = ends().fold(DVec2::NEG_INFINITY, DVec2::max) - min;
+    let marker = Marker {
+        kind: marker_type::LINE_LIST,
+        scale: Vector3 { x: LINE * size.max_element(), y: 0.0, z: 0.0 },
+        color: colour([230, 230, 230, 255]),
+        points: ends().map(|end| point(end, 0.0)).collect(),
+        ..marker(header, SEGMENTS, 0)
+    };
+    (SEGMENTS, marker)
+}
+
 fn marker(header: &Header, name: &str, id: i32) -> Marker {
     Marker {
         header: header.clone(),
@@ -141,26 +160,18 @@ fn colour([r, g, b, a]: [u8; 4]) -> ColorRgba {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::world::Drive;
 
     fn puck(id: u32, radius: f64) -> Puck {
         let disc = Disc { id, position: DVec2::ONE, velocity: DVec2::ZERO, radius, mass: 1.0 };
         let (name, namespace) = (format!("p{id}"), String::new());
-        Puck {
-            name,
-            namespace,
-            disc,
-            colour: [255, 0, 0, 255],
-            driven: false,
-            drive: Drive::default(),
-        }
+        Puck { name, namespace, disc, colour: [255, 0, 0, 255], ..Puck::default() }
     }
 
     fn picture(pucks: &[Puck]) -> Picture<'_> {
         let pucks = pucks.iter().map(|puck| (puck, puck.disc)).collect();
         let (min, max) = (DVec2::ZERO, DVec2::splat(2.0));
         let walls = Some(Walls { min, max, restitution: 1.0 });
-        Picture { pucks, observed: &[], walls, periodic: None }
+        Picture { pucks, observed: &[], walls, segments: None, periodic: None }
     }
 
     #[test]
@@ -176,6 +187,19 @@ mod tests {
             .collect();
         assert_eq!((deleted, after.len()), (vec![2], 3));
         assert_eq!(drawn.draw(&header, &picture(&one)).markers.len(), 2);
+    }
+
+    #[test]
+    fn segments_are_a_list_of_their_ends() {
+        let segment = crate::world::Segment { from: DVec2::ZERO, to: DVec2::ONE };
+        // One segment of some length is within every limit.
+        let segments = Some(Segments::new(&[segment; 2], 1.0).expect("segments"));
+        let markers = Drawn::default()
+            .draw(&Header::default(), &Picture { segments, ..picture(&[]) })
+            .markers;
+        let list: Vec<&Marker> =
+            markers.iter().filter(|marker| marker.kind == marker_type::LINE_LIST).collect();
+        assert!(list.len() == 1 && list[0].points.len() == 4, "{list:?}");
     }
 
     #[test]

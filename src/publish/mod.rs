@@ -10,8 +10,10 @@ pub mod odometry;
 use glam::DVec2;
 
 use crate::messages::{
-    CircleState, CircleStates, CircleVelocities, CircleVelocity, Contact, Contacts, Header,
+    CircleState, CircleStates, CircleVelocities, CircleVelocity, Contact, Contacts, Crash, Crashes,
+    Header,
 };
+use crate::referee::{self, Fault};
 use crate::world::{self, Disc, DiscId, Partner};
 
 /// `corrected_velocities`
@@ -47,6 +49,23 @@ fn contact(contact: &world::Contact) -> Contact {
         energy_loss: contact.energy_loss,
         time: contact.time,
     }
+}
+
+/// `crashes`
+pub fn crashes(header: Header, crashes: &[referee::Crash]) -> Crashes {
+    let message = |crash: &referee::Crash| Crash {
+        a: crash.robots[0],
+        b: crash.robots[1],
+        speed_a: crash.speeds[0],
+        speed_b: crash.speeds[1],
+        approach_speed: crash.approach_speed,
+        fault_a: crash.fault != Fault::Second,
+        fault_b: crash.fault != Fault::First,
+        point_x: crash.place.x,
+        point_y: crash.place.y,
+        time: crash.time,
+    };
+    Crashes { header, part: 0, parts: 0, crashes: crashes.iter().map(message).collect() }
 }
 
 /// `arena_states`

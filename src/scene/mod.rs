@@ -108,6 +108,7 @@ impl Scene {
         driven.for_each(|puck| world.drive(puck.disc.id, puck.drive));
         let balls = self.pucks.iter().filter_map(|puck| Some((puck.disc.id, puck.ball?)));
         balls.for_each(|(id, ball)| world.add_ball(id, ball));
+        world.watch(self.referee());
         world
     }
 }

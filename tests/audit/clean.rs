@@ -187,3 +187,40 @@ fn the_shipped_scenes_have_no_violation() {
         assert_clean(&findings, name);
     }
 }
+
+/// A league's game: robots drive, a ball slows down, goals are no box.
+#[test]
+fn a_league_game_has_no_violation() {
+    use carom::world::{Command, Frame as In, Instants, Owner, Wanted};
+    for name in ["ssl-b", "vsss-3v3"] {
+        let scene = carom::scene::Scene::load(name).expect("shipped");
+        let mut world = scene.world();
+        let mut frames = Vec::new();
+        let ball = scene.pucks.iter().find(|puck| puck.ball.is_some()).expect("a ball").disc.id;
+        let half = 0.4 * scene.field.expect("a field").length;
+        for k in 0..600u32 {
+            let mut commands = Vec::new();
+            if k % 60 == 0 {
+                for (place, puck) in scene.pucks.iter().filter(|puck| puck.driven).enumerate() {
+                    let angle = 2.4 * (place as f64 + f64::from(k / 60));
+                    let wanted = Wanted {
+                        linear: DVec2::from_angle(angle) * half,
+                        angular: 1.0,
+                        frame: In::Arena,
+                    };
+                    commands.push(Command::Drive { id: puck.disc.id, wanted });
+                }
+                let velocity = DVec2::from_angle(1.9 * f64::from(k / 60)) * 2.0;
+                commands.push(Command::SetVelocity { id: ball, velocity });
+            }
+            let advance_to = f64::from(k) / 60.0;
+            let outcome = world.step(&commands, Instants { heard_at: 0.0, advance_to });
+            assert!(outcome.stall.is_none() && outcome.not_done.is_empty());
+            let discs = world.arena().expect("pucks").discs(Owner::Simulated).collect();
+            frames.push(carom::audit::Frame { time_ns: (1e9 * advance_to).round() as i64, discs });
+        }
+        assert!(world.arena().expect("pucks").contacts() > 30);
+        let (findings, _) = audited(frames, &Options { no_walls: true, ..Options::default() });
+        assert_clean(&findings, name);
+    }
+}

@@ -104,7 +104,7 @@ fn errors_of_fields_and_robots_name_their_place() {
         ),
         (
             robots("team: red, places: []"),
-            "2:43: unknown variant `red`, expected one of blue, yellow",
+            "2:41: unknown variant `red`, expected one of blue, yellow",
         ),
         (
             robots(&format!("team: blue, {drive}, places: [[0, 0, .nan]]")),
@@ -296,7 +296,6 @@ fn a_crash_is_told_with_both_speeds_and_whose_fault_it_is() {
         );
         let scene = file::parse(&text, "scene").expect("sound");
         let mut world = scene.world();
-        world.watch(scene.referee());
         let ids: Vec<u32> = scene.pucks.iter().map(|puck| puck.disc.id).collect();
         let commands = [
             Command::SetVelocity { id: ids[0], velocity: DVec2::X * fast },

@@ -43,6 +43,7 @@ fn ros_type(kind: &str) -> String {
         "u32" => "uint32".into(),
         "u64" => "uint64".into(),
         "f64" => "float64".into(),
+        "bool" => "bool".into(),
         "String" => "string".into(),
         "Header" => "std_msgs/Header".into(),
         _ => match kind.strip_prefix("Vec<").and_then(|rest| rest.strip_suffix('>')) {
@@ -71,5 +72,5 @@ fn mirrors_agree_with_the_msg_files() {
         assert!(read("CMakeLists.txt").contains(&format!("msg/{name}.msg")), "{name} is built");
         count += 1;
     }
-    assert_eq!(count, 7);
+    assert_eq!(count, 9);
 }
