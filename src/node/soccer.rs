@@ -5,6 +5,7 @@
 //! not built.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 use glam::DVec2;
 use ros2_client::ParameterValue;
@@ -116,8 +117,8 @@ impl Soccer {
     pub fn follow(&mut self, ros: &mut Ros, pucks: &[Puck]) -> Result<(), DdsError> {
         let Some(states) = &mut self.states else { return Ok(()) };
         for name in pucks.iter().filter_map(|puck| puck.member) {
-            if !states.robots.contains_key(&name) {
-                states.robots.insert(name, ros.publisher(&states::topic(name), DEPTH)?);
+            if let Entry::Vacant(place) = states.robots.entry(name) {
+                place.insert(ros.publisher(&states::topic(name), DEPTH)?);
             }
         }
         Ok(())

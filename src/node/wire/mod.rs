@@ -22,7 +22,9 @@ use crate::wire::orders::{Asked, Orders};
 use crate::wire::proto::vision::SslBallModelStraightTwoPhase;
 use crate::wire::realism::{Noise, Realism};
 use crate::wire::vision::{self, Cameras, Stamp};
-use crate::wire::{Code, Faults, RobotName, Team, View, geometry, limits, robots, tracked, vsss};
+use crate::wire::{
+    Code, Faults, RobotName, Team, View, geometry, grsim, limits, robots, tracked, vsss,
+};
 use perform::Book;
 pub(super) use perform::view;
 pub use sockets::{Batch, Way};
