@@ -14,8 +14,8 @@ use clap::Args;
 /// Of teams' own software.
 #[derive(Args, Default)]
 pub struct WireArguments {
-    /// Speak to teams' software on their league's own protocol; --wire=ssl or --wire=vsss for a scene
-    /// whose name does not begin so.
+    /// Speak to teams' software on their league's own protocol; --wire=ssl or --wire=vsss for a
+    /// scene whose name does not begin so.
     #[arg(long, value_name = "LEAGUE", num_args = 0..=1, require_equals = true)]
     #[arg(default_missing_value = "", value_parser = ["", "ssl", "vsss"])]
     wire: Option<String>,

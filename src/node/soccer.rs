@@ -1,8 +1,8 @@
 //! Robot soccer on topics: tracked frames in and out, as teams' ROS 2 packages have them.
 //!
-//! A scene with teams tells its own frames, at the rate of its states; a tracker's frames come in on
-//! a topic that a parameter names and go out again with corrected velocities. What nobody hears is
-//! not built.
+//! A scene with teams tells its own frames, at the rate of its states; a tracker's frames come in
+//! on a topic that a parameter names and go out again with corrected velocities. What nobody hears
+//! is not built.
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
@@ -73,7 +73,7 @@ pub fn parameters(pucks: &[Puck]) -> Vec<Parameter> {
         Parameter::new(
             STATES,
             ParameterValue::Boolean(false),
-            "Tell ateam_msgs/VisionStateRobot on blue_team/robotN and yellow_team/robotN, and ball.",
+            "Tell ateam_msgs/VisionStateRobot on blue_team/robotN, yellow_team/robotN, and ball.",
         ),
         size("tracked_robot_radius", robot_radius, "Radius of robots of tracked frames, m."),
         size("tracked_robot_mass", robot_mass, "Mass of robots of tracked frames, kg."),

@@ -158,6 +158,7 @@ mod tests {
             asked.orders.iter().map(|(name, order)| (name.to_string(), order)).collect();
         let own = Motion::Own { linear: DVec2::new(1.0, -0.5), turn: 2.0 };
         assert_eq!((orders[0].0.as_str(), orders[0].1.motion), ("yellow_3", Some(own)));
+        // Its packets always say one.
         let kick = orders[0].1.kick.expect("a kick");
         assert!((kick.speed - 5.0).abs() < 1e-12 && (kick.angle.cos() - 0.6).abs() < 1e-12);
         let Some(Motion::Wheels(speeds)) = orders[1].1.motion else { panic!("{orders:?}") };

@@ -162,6 +162,7 @@ mod tests {
         let robot_commands = vec![command, unknown, bad];
         let (asked, codes) = ask(&Packet { cmd: Some(Commands { robot_commands }), replace: None });
         assert_eq!(codes, [Code::Unknown, Code::NotFinite]);
+        // One of the three is good.
         let (name, order) = asked.orders.iter().next().expect("one order");
         assert_eq!((name.to_string().as_str(), asked.orders.iter().count()), ("yellow_1", 1));
         let Some(Motion::Own { linear, turn }) = order.motion else { panic!("{order:?}") };
