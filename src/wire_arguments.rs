@@ -17,7 +17,7 @@ pub struct WireArguments {
     /// Speak to teams' software on their league's own protocol; --wire=ssl or --wire=vsss for a
     /// scene whose name does not begin so.
     #[arg(long, value_name = "LEAGUE", num_args = 0..=1, require_equals = true)]
-    #[arg(default_missing_value = "", value_parser = ["", "ssl", "vsss"])]
+    #[arg(default_missing_value = "auto", value_parser = ["auto", "ssl", "vsss"])]
     wire: Option<String>,
     /// Listen on this address; 0.0.0.0 = on all networks [default: 127.0.0.1].
     #[arg(long, value_name = "ADDRESS", requires = "wire")]
@@ -64,7 +64,7 @@ impl WireArguments {
     /// What does not fit, in one line.
     pub fn options(&self, name: &str, scene: &Scene) -> Result<Option<WireOptions>, String> {
         let Some(wire) = &self.wire else { return Ok(None) };
-        let league = League::of(if wire.is_empty() { name } else { wire });
+        let league = League::of(if wire == "auto" { name } else { wire });
         let league = league.ok_or_else(|| {
             format!("--wire: which league is {name} of? say --wire=ssl or --wire=vsss")
         })?;

@@ -34,7 +34,7 @@ fn the_wire_is_for_leagues_and_says_what_it_needs() {
     let cases: [(&[&str], &str); 9] = [
         (&["arena", "--wire"], "which league is arena of? say --wire=ssl or --wire=vsss"),
         (&["arena", "--wire=ssl"], "arena has no `field`: run ssl-a"),
-        (&["ssl-b", "--wire=fifa"], "[possible values: , ssl, vsss]"),
+        (&["ssl-b", "--wire=fifa"], "[possible values: auto, ssl, vsss]"),
         (&["ssl-b", "--vision", "127.0.0.1:1"], "--wire"),
         (&["ssl-b", "--wire", "--wire-ports", "1,2"], "SSL has three or four"),
         (&["vsss-3v3", "--wire", "--wire-ports", "1,2,3"], "VSSS has one"),
