@@ -14,16 +14,16 @@ use clap::Args;
 /// Of teams' own software.
 #[derive(Args, Default)]
 pub struct WireArguments {
-    /// Speak to teams' software on their league's own protocol; --wire=ssl or --wire=vsss for a scene
-    /// whose name does not begin so.
+    /// Speak to teams' software on their league's own protocol; --wire=ssl or --wire=vsss for a
+    /// scene whose name does not begin so.
     #[arg(long, value_name = "LEAGUE", num_args = 0..=1, require_equals = true)]
-    #[arg(default_missing_value = "", value_parser = ["", "ssl", "vsss"])]
+    #[arg(default_missing_value = "auto", value_parser = ["auto", "ssl", "vsss"])]
     wire: Option<String>,
     /// Listen on this address; 0.0.0.0 = on all networks [default: 127.0.0.1].
     #[arg(long, value_name = "ADDRESS", requires = "wire")]
     wire_listen: Option<Ipv4Addr>,
-    /// Ports for control, blue and yellow robots [default: 10300,10301,10302]; for VSSS one port
-    /// [default: 20011].
+    /// Ports for control, blue robots, yellow robots and, if it is named, grSim's older packets
+    /// [default: 10300,10301,10302,20011]; for VSSS one port [default: 20011].
     #[arg(long, value_name = "PORTS", requires = "wire", value_delimiter = ',')]
     #[arg(value_parser = clap::value_parser!(u16).range(1..))]
     wire_ports: Vec<u16>,
@@ -64,7 +64,7 @@ impl WireArguments {
     /// What does not fit, in one line.
     pub fn options(&self, name: &str, scene: &Scene) -> Result<Option<WireOptions>, String> {
         let Some(wire) = &self.wire else { return Ok(None) };
-        let league = League::of(if wire.is_empty() { name } else { wire });
+        let league = League::of(if wire == "auto" { name } else { wire });
         let league = league.ok_or_else(|| {
             format!("--wire: which league is {name} of? say --wire=ssl or --wire=vsss")
         })?;
@@ -97,15 +97,16 @@ impl WireArguments {
     }
 
     fn ports(&self, options: &mut WireOptions) -> Result<(), String> {
-        options.ports = match (options.field.league, self.wire_ports.as_slice()) {
-            (_, []) => options.ports,
-            (League::Ssl, [control, blue, yellow]) => [*control, *blue, *yellow],
-            (League::Vsss, [one]) => [*one, 0, 0],
+        match (options.field.league, self.wire_ports.as_slice()) {
+            (_, []) => return Ok(()),
+            (League::Ssl, [_, _, _] | [_, _, _, _]) | (League::Vsss, [_]) => {}
             (League::Ssl, _) => {
-                return Err("--wire-ports: SSL has three: control,blue,yellow".to_owned());
+                let how = "control,blue,yellow or control,blue,yellow,grsim";
+                return Err(format!("--wire-ports: SSL has three or four: {how}"));
             }
             (League::Vsss, _) => return Err("--wire-ports: VSSS has one".to_owned()),
-        };
+        }
+        options.ports.clone_from(&self.wire_ports);
         Ok(())
     }
 }

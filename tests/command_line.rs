@@ -30,6 +30,25 @@ fn refusal(command: &mut Command) -> String {
 }
 
 #[test]
+fn the_wire_is_for_leagues_and_says_what_it_needs() {
+    let cases: [(&[&str], &str); 9] = [
+        (&["arena", "--wire"], "which league is arena of? say --wire=ssl or --wire=vsss"),
+        (&["arena", "--wire=ssl"], "arena has no `field`: run ssl-a"),
+        (&["ssl-b", "--wire=fifa"], "[possible values: auto, ssl, vsss]"),
+        (&["ssl-b", "--vision", "127.0.0.1:1"], "--wire"),
+        (&["ssl-b", "--wire", "--wire-ports", "1,2"], "SSL has three or four"),
+        (&["vsss-3v3", "--wire", "--wire-ports", "1,2,3"], "VSSS has one"),
+        (&["vsss-3v3", "--wire", "--cameras", "2"], "VSSS has neither"),
+        (&["ssl-b", "--wire", "--cameras", "3"], "must be 1, 2, 4 or 8"),
+        (&["ssl-b", "--wire", "--vision-noise", "1,nan,0"], "must be three numbers from 0 to 10"),
+    ];
+    for (arguments, expected) in cases {
+        let text = refusal(&mut carom(arguments));
+        assert!(text.starts_with("carom: ") && text.contains(expected), "{arguments:?}: {text}");
+    }
+}
+
+#[test]
 fn bad_use_is_one_line_and_exit_code_2() {
     let cases: [(&[&str], &str); 13] = [
         (&["run", "--error", "0"], "'--error <E>': must be a number above 0, such as 1e-6"),

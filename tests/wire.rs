@@ -1,8 +1,8 @@
 //! The node against teams' own means: protobuf's Python classes, generated from definitions of the
 //! tests' own, on loopback.
 //!
-//! Each script of tests/wire runs the built binary on ports that are free and in a ROS domain of its
-//! own, and fails by its exit code.
+//! Each script of tests/wire runs the built binary on ports that are free and in a ROS domain of
+//! its own, and fails by its exit code.
 
 #[path = "environment/script.rs"]
 mod script;

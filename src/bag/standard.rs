@@ -67,7 +67,8 @@ pub const STANDARD: &[(&str, &str)] = &[
     ),
     (
         "robocup_ssl_msgs/msg/KickedBall",
-        "Vector2 pos\nVector3 vel\nfloat64 start_timestamp\nfloat64[<=1] stop_timestamp\nVector2[<=1] stop_pos\nRobotId[<=1] robot_id\n",
+        "Vector2 pos\nVector3 vel\nfloat64 start_timestamp\nfloat64[<=1] stop_timestamp\n\
+         Vector2[<=1] stop_pos\nRobotId[<=1] robot_id\n",
     ),
     ("robocup_ssl_msgs/msg/RobotId", "uint32 id\nuint32 team_color\n"),
     (
@@ -76,11 +77,13 @@ pub const STANDARD: &[(&str, &str)] = &[
     ),
     (
         "robocup_ssl_msgs/msg/TrackedFrame",
-        "uint32 frame_number\nfloat64 timestamp\nTrackedBall[] balls\nTrackedRobot[] robots\nKickedBall[<=1] kicked_ball\nuint32[] capabilities\n",
+        "uint32 frame_number\nfloat64 timestamp\nTrackedBall[] balls\nTrackedRobot[] robots\n\
+         KickedBall[<=1] kicked_ball\nuint32[] capabilities\n",
     ),
     (
         "robocup_ssl_msgs/msg/TrackedRobot",
-        "RobotId robot_id\nVector2 pos\nfloat32 orientation\nVector2[<=1] vel\nfloat32[<=1] vel_angular\nfloat32[<=1] visibility\n",
+        "RobotId robot_id\nVector2 pos\nfloat32 orientation\nVector2[<=1] vel\n\
+         float32[<=1] vel_angular\nfloat32[<=1] visibility\n",
     ),
     ("robocup_ssl_msgs/msg/Vector2", "float32 x\nfloat32 y\n"),
     ("robocup_ssl_msgs/msg/Vector3", "float32 x\nfloat32 y\nfloat32 z\n"),

@@ -258,7 +258,7 @@ impl<'a> Runner<'a> {
 
     /// Does what datagrams ask.
     fn play(&mut self, batch: &Batch) {
-        self.to_present();
+        self.catch_up();
         let Some(wire) = &mut self.wire else { return };
         let wanted = wire.receive(batch, &mut self.stage, &mut self.complaints);
         if let Some(speed) = wanted.speed {
@@ -577,14 +577,14 @@ impl<'a> Runner<'a> {
 
     /// Brings the arena to the present and gives it the command there.
     fn command(&mut self, command: Command, source: Option<Source>) -> Outcome {
-        let present = self.to_present();
+        let present = self.catch_up();
         let outcome = self.step(Some((command, source)), present);
         self.arena_outcome(&outcome);
         outcome
     }
 
     /// Brings the arena to the present, which is returned, s.
-    fn to_present(&mut self) -> f64 {
+    fn catch_up(&mut self) -> f64 {
         let now = Instant::now();
         self.see(now);
         let present = self.stage.time.due(now);

@@ -1,10 +1,11 @@
 //! Robot soccer on topics: tracked frames in and out, as teams' ROS 2 packages have them.
 //!
-//! A scene with teams tells its own frames, at the rate of its states; a tracker's frames come in on
-//! a topic that a parameter names and go out again with corrected velocities. What nobody hears is
-//! not built.
+//! A scene with teams tells its own frames, at the rate of its states; a tracker's frames come in
+//! on a topic that a parameter names and go out again with corrected velocities. What nobody hears
+//! is not built.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 use glam::DVec2;
 use ros2_client::ParameterValue;
@@ -25,7 +26,7 @@ use crate::world::{DiscId, Report, limits};
 
 /// Messages kept for a subscriber that is slow to acknowledge.
 const DEPTH: usize = 10;
-/// Parameters of sizes, with what they are of Small Size things.
+/// Parameters.
 const IN: &str = "tracked_in";
 const OUT: &str = "tracked_out";
 const CORRECTED: &str = "tracked_corrected";
@@ -72,7 +73,7 @@ pub fn parameters(pucks: &[Puck]) -> Vec<Parameter> {
         Parameter::new(
             STATES,
             ParameterValue::Boolean(false),
-            "Tell ateam_msgs/VisionStateRobot on blue_team/robotN and yellow_team/robotN, and ball.",
+            "Tell ateam_msgs/VisionStateRobot on blue_team/robotN, yellow_team/robotN, and ball.",
         ),
         size("tracked_robot_radius", robot_radius, "Radius of robots of tracked frames, m."),
         size("tracked_robot_mass", robot_mass, "Mass of robots of tracked frames, kg."),
@@ -116,8 +117,8 @@ impl Soccer {
     pub fn follow(&mut self, ros: &mut Ros, pucks: &[Puck]) -> Result<(), DdsError> {
         let Some(states) = &mut self.states else { return Ok(()) };
         for name in pucks.iter().filter_map(|puck| puck.member) {
-            if !states.robots.contains_key(&name) {
-                states.robots.insert(name, ros.publisher(&states::topic(name), DEPTH)?);
+            if let Entry::Vacant(place) = states.robots.entry(name) {
+                place.insert(ros.publisher(&states::topic(name), DEPTH)?);
             }
         }
         Ok(())

@@ -249,8 +249,9 @@ impl Stage {
         self.ask(Command::PlacePuck { id, position: at, velocity })
     }
 
-    /// Pucks that are there are like this from now on, all at once: where they stand in each other's
-    /// way now, they may not then. Those that are driven go on as they look, with no command.
+    /// Pucks that are there are like this from now on, all at once: where they stand in each
+    /// other's way now, they may not then. Those that are driven go on as they look, with no
+    /// command.
     ///
     /// # Errors
     /// [`NotDone`]; all are as before then, but for their commands.

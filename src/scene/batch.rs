@@ -1,7 +1,8 @@
 //! Random pucks from a seed, placed one after the other where nothing overlaps.
 //!
-//! The only place that draws random numbers. They come from a generator with a fixed definition
-//! (PCG XSL RR 128/64) and only basic arithmetic, so a seed gives the same bits on every machine.
+//! The only place that draws random numbers of a scene. They come from a generator with a fixed
+//! definition (PCG XSL RR 128/64) and only basic arithmetic, so a seed gives the same bits on every
+//! machine.
 
 use std::collections::HashMap;
 

@@ -138,6 +138,7 @@ mod tests {
         assert_eq!((size.goal_width, size.goal_depth), (1_000, 180));
         assert_eq!((size.field_lines.len(), size.field_arcs.len()), (12, 1));
         let line = |name: &str| {
+            // The names are those that are generated.
             let line = size.field_lines.iter().find(|line| line.name == name).expect("a line");
             (line.p1.x, line.p1.y, line.p2.x, line.p2.y)
         };

@@ -1,14 +1,14 @@
-//! The wire: robot soccer on its leagues' own protocols, so that teams' software plugs in unchanged.
+//! The wire: robot soccer on its leagues' own protocols, so that teams' software plugs in as it is.
 //!
 //! ```text
-//! datagram -> robots, control, vsss (commands)   -> orders, faults -> stage -> answer to the sender
-//! stage    -> View -> vision, tracked, vsss, geometry -> datagrams
+//! datagram -> robots, control, vsss, grsim -> orders, faults -> stage -> answer to the sender
+//! stage -> View -> vision, tracked, vsss, geometry -> datagrams
 //! ```
 //!
 //! | file | holds |
 //! |---|---|
 //! | [`proto`] | the messages |
-//! | [`robots`], [`control`], [`vsss`] | what a datagram asks, or what is wrong with it |
+//! | [`robots`], [`control`], [`vsss`], [`grsim`] | what a datagram asks, or what is wrong in it |
 //! | [`orders`] | what may be asked of robots and ball, and the commands that it becomes |
 //! | [`specs`] | what a robot is: wheels, limits, kicker |
 //! | [`field`], [`geometry`] | the field of a league, and how it is told |
@@ -28,6 +28,8 @@ pub mod robots;
 pub mod control;
 
 pub mod vsss;
+
+pub mod grsim;
 
 pub mod orders;
 

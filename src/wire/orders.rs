@@ -147,6 +147,17 @@ pub struct PlaceBall {
     pub roll: bool,
 }
 
+/// What a packet asks in which all of it may stand.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Asked {
+    /// Of robots.
+    pub orders: Orders,
+    /// Where robots shall be, each once.
+    pub robots: Vec<PlaceRobot>,
+    /// Where the ball shall be.
+    pub ball: Option<PlaceBall>,
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::Team;

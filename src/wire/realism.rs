@@ -165,6 +165,7 @@ mod tests {
             ..Default::default()
         };
         let mut faults = Faults::default();
+        // None of its numbers is out of range.
         let change = Change::read(&config, &mut faults).expect("its numbers are sound");
         assert!((change.delay_s.unwrap_or(0.0) - 0.035).abs() < 1e-12);
         let realism = Realism { camera_overlap_m: 0.2, ..Realism::default() }.with(change);

@@ -1,4 +1,5 @@
-//! Specs: what a robot is, beyond its disc: where its wheels are, how hard it kicks, how tall it is.
+//! Specs: what a robot is, beyond its disc: where its wheels are, how hard it kicks, how tall it
+//! stands.
 //!
 //! Radius, mass and the limits of its drive belong to the world; this says what they shall be.
 
@@ -258,6 +259,7 @@ mod tests {
             assert_eq!(SpecsChange::read(&bad).map_err(|fault| fault.code), Err(code));
         }
         let change = SpecsChange::read(&RobotSpecs { mass: Some(2.5), ..specs() });
+        // A mass alone is sound.
         let change = change.expect("these are sound");
         assert_eq!((change.name.team, change.mass, change.radius), (Team::Blue, Some(2.5), None));
         assert!(!change.limits.is_some());

@@ -1,4 +1,6 @@
-//! Tracked frames: places with velocities, in metres, as a tracker tells them; carom need not track.
+//! Tracked frames: places with velocities, in metres, as a tracker tells them.
+//!
+//! carom need not track: it knows. A prediction is none of its affairs.
 
 use prost::Message;
 

@@ -8,7 +8,7 @@ use prost::Message;
 
 use super::fault::{Code, Fault, Faults, bounded};
 use super::field::Field;
-use super::orders::{Motion, Order, Orders, PlaceBall, PlaceRobot};
+use super::orders::{Asked, Motion, Order, PlaceBall, PlaceRobot};
 use super::proto::fira::{
     self, BallReplacement, Command, Environment, Frame, Packet, RobotReplacement,
 };
@@ -18,17 +18,6 @@ use super::{RobotName, Seen, Team, View, limits};
 const WHEEL_RADIUS_M: f64 = 0.02;
 /// Largest turning rate of a wheel that is accepted, rad/s.
 const WHEEL_MAX_RADPS: f64 = limits::SPEED_MAX_MPS / WHEEL_RADIUS_M;
-
-/// What a packet asks.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Asked {
-    /// Of robots.
-    pub orders: Orders,
-    /// Where robots shall be, each once.
-    pub robots: Vec<PlaceRobot>,
-    /// Where the ball shall be.
-    pub ball: Option<PlaceBall>,
-}
 
 /// What a packet asks, and what is wrong with it; `radius` is that of a robot that is there, m.
 pub fn read(datagram: &[u8], radius: impl Fn(RobotName) -> Option<f64>) -> (Asked, Faults) {
@@ -173,6 +162,7 @@ mod tests {
         let robot_commands = vec![command, unknown, bad];
         let (asked, codes) = ask(&Packet { cmd: Some(Commands { robot_commands }), replace: None });
         assert_eq!(codes, [Code::Unknown, Code::NotFinite]);
+        // One of the three is good.
         let (name, order) = asked.orders.iter().next().expect("one order");
         assert_eq!((name.to_string().as_str(), asked.orders.iter().count()), ("yellow_1", 1));
         let Some(Motion::Own { linear, turn }) = order.motion else { panic!("{order:?}") };

@@ -92,7 +92,11 @@ fn borders_hold() {
                 ]),
             "{name} is unsafe"
         );
-        assert!(!has(&random) || may(&["src/scene/batch.rs"]), "{name} draws random numbers");
+        // The second: noise of cameras, from a seed too; it never reaches the motion.
+        assert!(
+            !has(&random) || may(&["src/scene/batch.rs", "src/wire/realism.rs"]),
+            "{name} draws random numbers"
+        );
         assert!(
             !has(&disk)
                 || may(&[

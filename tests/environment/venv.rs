@@ -1,8 +1,8 @@
 //! Virtual environments of the tests: made once, under the target directory, and made again when
 //! what they are made of changes.
 //!
-//! Shared by the tests with rclpy and those of the wire. It never touches any Python package outside
-//! the target directory.
+//! Shared by the tests with rclpy and those of the wire. It never touches any Python package
+//! outside the target directory.
 
 use std::collections::hash_map::DefaultHasher;
 use std::fs::{self, File};

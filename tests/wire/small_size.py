@@ -22,7 +22,7 @@ class Game:
     def __init__(self, *arguments, speed=1):
         self.vision = Listener(ssl.SSL_WrapperPacket)
         self.tracked = Listener(ssl.TrackerWrapperPacket)
-        ports = free_ports(3)
+        ports = free_ports(4)
         self.arguments = [
             SCENE, "--wire", "--wire-ports", ",".join(map(str, ports)),
             "--vision", self.vision.address, "--tracked", self.tracked.address, *arguments]
@@ -30,6 +30,7 @@ class Game:
         self.control = Asker(ports[0], ssl.SimulatorResponse)
         self.blue = Asker(ports[1], ssl.RobotControlResponse)
         self.yellow = Asker(ports[2], ssl.RobotControlResponse)
+        self.grsim = Asker(ports[3], ssl.grSim_Packet)
         self.tracked.next()
 
     def __enter__(self):
@@ -282,6 +283,25 @@ def dribbling(game):
     game.blue.ask(control(command(2, local=(0.0, 0.0, 0.0), dribbler_speed=0.0)))
 
 
+def older_packets(game):
+    """grSim's own, which consai and crane send."""
+    game.clear()
+    packet = ssl.grSim_Packet()
+    packet.replacement.robots.add(x=1.0, y=0.5, dir=90.0, id=3, yellowteam=True)
+    packet.replacement.ball.x, packet.replacement.ball.y = -1.0, 0.25
+    game.grsim.send(packet.SerializeToString())
+    frame = game.until(lambda frame: abs(game.robot(3, YELLOW, frame).pos.x - 1.0) < 1e-3, "placed")
+    assert_close(game.robot(3, YELLOW, frame).orientation, math.pi / 2, 1e-6, "orientation, rad")
+    assert_close(frame.balls[0].pos.y, 0.25, 1e-6, "y of the ball")
+    packet = ssl.grSim_Packet()
+    packet.commands.timestamp, packet.commands.isteamyellow = 0.0, True
+    packet.commands.robot_commands.add(
+        id=3, kickspeedx=0.0, kickspeedz=0.0, veltangent=0.5, velnormal=0.0, velangular=0.0,
+        spinner=False, wheelsspeed=False)
+    game.grsim.send(packet.SerializeToString())
+    game.until(lambda frame: game.robot(3, YELLOW, frame).vel.y > 0.3, "forward is along y")
+
+
 def refusals(game):
     game.clear()
     good = command(3, local=(0.2, 0.0, 0.0))
@@ -344,13 +364,16 @@ def flood(game):
             game.blue.send(datagram)
         game.blue.send(noise)
         number += 3
-    # The latest word counts.
+    # The latest word counts; where the flood has filled the system's queue, it is said again.
     last = control(*(command(k, everywhere=(0.0, 0.25, 0.0)) for k in range(6)))
+    packet = game.tracked.until(
+        lambda packet: all(game.robot(k, frame=packet.tracked_frame).vel.y > 0.24
+                           for k in range(6)),
+        "the last word counts", each=lambda: game.blue.send(last.SerializeToString()))
+    frame = packet.tracked_frame
+    # The answers to all of it are nobody's any more.
     game.blue.socket.close()
     game.blue = Asker(game.blue.to[1], ssl.RobotControlResponse)
-    game.blue.ask(last)
-    frame = game.until(lambda frame: all(
-        game.robot(k, frame=frame).vel.y > 0.24 for k in range(6)), "the last word counts")
     assert frame.timestamp - first.timestamp > 0.8 * lasted, "time has gone on"
     grown = game.carom.memory_bytes() - before
     assert grown < 32 << 20, f"{grown} bytes more"
@@ -464,7 +487,7 @@ def recorded():
 def main():
     with Game() as game:
         for part in (vision_and_geometry, teleports, presence, driving, specs, kicks, dribbling,
-                     refusals, flood, latency, speed_and_port, realism, busy_port, ends):
+                     older_packets, refusals, flood, latency, speed_and_port, realism, busy_port, ends):
             start = time.monotonic()
             part(game)
             print(f"{part.__name__}: {time.monotonic() - start:.1f} s", flush=True)

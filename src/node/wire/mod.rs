@@ -18,11 +18,13 @@ use super::complaints::Complaints;
 use super::stage::Stage;
 use crate::wire::control::{self, Control};
 use crate::wire::field::{Field, League};
-use crate::wire::orders::Orders;
+use crate::wire::orders::{Asked, Orders};
 use crate::wire::proto::vision::SslBallModelStraightTwoPhase;
 use crate::wire::realism::{Noise, Realism};
 use crate::wire::vision::{self, Cameras, Stamp};
-use crate::wire::{Code, Faults, RobotName, Team, View, geometry, limits, robots, tracked, vsss};
+use crate::wire::{
+    Code, Faults, RobotName, Team, View, geometry, grsim, limits, robots, tracked, vsss,
+};
 use perform::Book;
 pub(super) use perform::view;
 pub use sockets::{Batch, Way};
@@ -35,8 +37,8 @@ pub struct WireOptions {
     pub field: Field,
     /// Where to listen.
     pub listen: Ipv4Addr,
-    /// SSL: control, blue, yellow. VSSS: the first alone.
-    pub ports: [u16; 3],
+    /// SSL: control, blue, yellow, and grSim's older packets if there is a fourth. VSSS: one.
+    pub ports: Vec<u16>,
     /// Where vision goes, or the environment of VSSS.
     pub vision: SocketAddrV4,
     /// SSL: where tracked frames go.
@@ -57,8 +59,10 @@ impl WireOptions {
     /// As the league has it, on this machine alone.
     pub fn new(field: Field) -> Self {
         let (ports, group, port) = match field.league {
-            League::Ssl => ([10_300, 10_301, 10_302], Ipv4Addr::new(224, 5, 23, 2), 10_020),
-            League::Vsss => ([20_011, 0, 0], Ipv4Addr::new(224, 0, 0, 1), 10_002),
+            League::Ssl => {
+                (vec![10_300, 10_301, 10_302, 20_011], Ipv4Addr::new(224, 5, 23, 2), 10_020)
+            }
+            League::Vsss => (vec![20_011], Ipv4Addr::new(224, 0, 0, 1), 10_002),
         };
         Self {
             field,
@@ -92,14 +96,17 @@ impl Ports {
     /// One line: which port, and why not.
     pub fn open(options: &WireOptions) -> Result<Self, String> {
         let purposes: &[Purpose] = match options.field.league {
-            League::Ssl => {
-                &[Purpose::Control, Purpose::Robots(Team::Blue), Purpose::Robots(Team::Yellow)]
-            }
+            League::Ssl => &[
+                Purpose::Control,
+                Purpose::Robots(Team::Blue),
+                Purpose::Robots(Team::Yellow),
+                Purpose::GrSim,
+            ],
             League::Vsss => &[Purpose::Vsss],
         };
         let mut listening = Vec::new();
-        for (purpose, port) in purposes.iter().zip(options.ports) {
-            let socket = listen(SocketAddrV4::new(options.listen, port), *purpose)?;
+        for (purpose, port) in purposes.iter().zip(&options.ports) {
+            let socket = listen(SocketAddrV4::new(options.listen, *port), *purpose)?;
             tracing::info!("wire: {} on {}:{port}", purpose.name(), options.listen);
             listening.push((*purpose, socket));
         }
@@ -187,7 +194,7 @@ impl Wire {
         match batch.purpose {
             Purpose::Robots(team) => self.robots(team, batch, stage, complaints),
             Purpose::Control => self.control(batch, stage, complaints),
-            Purpose::Vsss => self.vsss(batch, stage, complaints),
+            Purpose::GrSim | Purpose::Vsss => self.packets(batch, stage, complaints),
         }
     }
 
@@ -243,14 +250,16 @@ impl Wire {
         wanted
     }
 
-    fn vsss(&mut self, batch: &Batch, stage: &mut Stage, complaints: &mut Complaints) -> Wanted {
+    /// Of packets in which all may stand, to which there is no answer.
+    fn packets(&mut self, batch: &Batch, stage: &mut Stage, complaints: &mut Complaints) -> Wanted {
         let mut wanted = Wanted::default();
         let mut all = Orders::default();
         for (_, datagram) in &batch.datagrams {
             let radius = |name: RobotName| perform::robot(stage, name).map(|puck| puck.disc.radius);
-            let (asked, mut faults) = match too_long(datagram) {
-                Some(faults) => (vsss::Asked::default(), faults),
-                None => vsss::read(datagram, radius),
+            let (asked, mut faults) = match (too_long(datagram), batch.purpose) {
+                (Some(faults), _) => (Asked::default(), faults),
+                (None, Purpose::GrSim) => grsim::read(datagram, |name| radius(name).is_some()),
+                (None, _) => vsss::read(datagram, radius),
             };
             all.extend(&asked.orders);
             let (robots, ball) = (&asked.robots, asked.ball.as_ref());

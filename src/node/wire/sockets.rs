@@ -26,6 +26,8 @@ pub enum Purpose {
     Control,
     /// SSL: commands to the robots of a team.
     Robots(Team),
+    /// SSL: the older packets of grSim.
+    GrSim,
     /// VSSS: commands to all robots, and replacements.
     Vsss,
 }
@@ -37,6 +39,7 @@ impl Purpose {
             Self::Control => "simulation control",
             Self::Robots(Team::Blue) => "blue robots",
             Self::Robots(Team::Yellow) => "yellow robots",
+            Self::GrSim => "grsim packets",
             Self::Vsss => "vsss packets",
         }
     }

@@ -7,6 +7,8 @@
 
 /// VSSS, as FIRASim has it: messages of `fira_message` and `fira_message.sim_to_ref`.
 pub mod fira;
+/// SSL: the older packets of grSim.
+pub mod grsim;
 /// SSL: the simulation protocol.
 pub mod simulation;
 /// SSL: what trackers tell.
