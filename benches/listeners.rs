@@ -4,7 +4,7 @@
 //! Figures are printed; the one with nobody listening is judged.
 
 #[path = "../tests/ros/environment.rs"]
-#[allow(dead_code, reason = "one distribution is enough here")]
+#[allow(dead_code, unused_imports, reason = "one distribution is enough here")]
 mod environment;
 
 use std::process::Command;

@@ -5,7 +5,7 @@
 //! runtime, and nothing between reading and writing. Figures are printed, not judged.
 
 #[path = "../tests/ros/environment.rs"]
-#[allow(dead_code, reason = "one distribution is enough here")]
+#[allow(dead_code, unused_imports, reason = "one distribution is enough here")]
 mod environment;
 
 use std::net::Ipv4Addr;

@@ -56,7 +56,7 @@ impl Look {
     pub fn bytes(&self) -> usize {
         match &self.0 {
             Told::Discs(discs) => size_of_val(discs.as_slice()),
-            Told::Rows(rows, _) => rows.len() * size_of::<Disc>(),
+            Told::Rows(rows, _) => rows.bytes(),
             Told::Turns(turns, _) => size_of_val(turns.as_slice()),
         }
     }

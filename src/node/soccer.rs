@@ -175,9 +175,9 @@ impl Soccer {
         }
         let Some(States { ball, robots }) = &self.states else { return };
         let is_wanted = |publisher: &Publisher<VisionStateRobot>| {
-            publisher.is_recorded() || peers.hear(publisher.guid())
+            publisher.tap().is_some() || peers.hear(publisher.guid())
         };
-        if !robots.values().any(is_wanted) && !ball.is_recorded() && !peers.hear(ball.guid()) {
+        if !robots.values().any(is_wanted) && ball.tap().is_none() && !peers.hear(ball.guid()) {
             return;
         }
         let view = view();

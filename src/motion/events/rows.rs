@@ -42,9 +42,9 @@ impl Rows {
         })
     }
 
-    /// How many.
-    pub fn len(&self) -> usize {
-        self.flights.len()
+    /// What they take, bytes.
+    pub fn bytes(&self) -> usize {
+        self.flights.len() * size_of::<Disc>()
     }
 
     /// Follows the arena.
