@@ -40,6 +40,7 @@ fn every_shipped_scene_has_its_table() {
         let method = match name {
             "resolver" => "no pucks",
             "arena" | "thousand" => "method events",
+            "ssl-a" | "ssl-b" | "vsss-3v3" | "vsss-5v5" | "league-2d" => "method ticks",
             _ => "method plain",
         };
         assert!(table.lines().next().is_some_and(|first| first.contains(method)), "{table}");

@@ -292,6 +292,8 @@ impl Drives {
     fn next_after(&mut self, now: f64) -> f64 {
         if self.next as f64 * self.tick <= now {
             self.next = (now / self.tick).floor() as u64 + 1;
+            // The quotient may have been rounded down.
+            self.next += u64::from(self.next as f64 * self.tick <= now);
         }
         self.next as f64 * self.tick
     }

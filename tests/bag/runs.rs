@@ -16,7 +16,9 @@ use carom::messages::{CircleStates, CircleVelocities, Contacts, Header, Time};
 use carom::publish;
 use carom::receive;
 use carom::scene::Scene;
-use carom::world::{Command as Asking, Disc, Frame, Instants, Owner, World};
+use carom::world::{
+    Command as Asking, Disc, Drive, Frame, Instants, Kicker, Model, Owner, Wanted, World,
+};
 use glam::DVec2;
 
 use super::common::{KIND, folder, states, time};
@@ -286,6 +288,37 @@ fn journals_keep_every_bit_of_every_command() {
         assert_eq!(format!("{read:?}"), format!("{entry:?}"));
     }
     assert_eq!(Line::new(&disc).disc(), disc);
+}
+
+#[test]
+fn what_robots_are_asked_is_read_back_as_it_was() {
+    let kicker = Some(Kicker { speed_max: 6.5, half_angle: 0.1, reach: 1.0 / 3.0, grip: 0.0 });
+    let drive = Drive { model: Model::Holonomic, speed_max: 0.1 + 0.2, ..Drive::default() };
+    let wanted = Wanted { linear: DVec2::new(0.1, -0.0), angular: 1e-300, frame: Frame::Arena };
+    for command in [
+        Asking::Drive { id: 1, wanted },
+        Asking::Drive { id: 1, wanted: Wanted { frame: Frame::Own, ..wanted } },
+        Asking::Kick { id: 2, speed: 1.0 / 7.0 },
+        Asking::Dribble { id: 3, on: true },
+        Asking::Turn { id: 4, heading: -3.0, turn: 0.1 },
+        Asking::Roll { id: 5 },
+        Asking::SetDrive { id: 6, drive },
+        Asking::SetDrive { id: 6, drive: Drive { kicker, ..drive } },
+        Asking::SetDrive { id: 6, drive: Drive { braking_max: Some(0.7), ..drive } },
+        Asking::SetDrive { id: 6, drive: Drive { turn_braking_max: Some(9.0), kicker, ..drive } },
+    ] {
+        let asked = Asked::new(&command, &Header::default());
+        let text = serde_json::to_string(&asked).expect("an entry");
+        let read: Asked = serde_json::from_str(&text).expect("the same");
+        assert_eq!(read.command(0.0), Some(command), "{text}");
+    }
+    // As they were written before there were frames and kickers.
+    let old = r#"{"drive":{"id":1,"linear":[1.0,0.0],"angular":0.0}}"#;
+    let read: Asked = serde_json::from_str(old).expect("an older journal");
+    assert!(matches!(read, Asked::Drive { frame: Frame::Own, .. }));
+    let old = r#"{"driven":{"id":1,"drive":["holonomic",[null,1.0,null,null],0.5]}}"#;
+    let read: Entry = serde_json::from_str(old).expect("an older journal");
+    assert!(matches!(read, Entry::Driven { drive, .. } if drive.drive().kicker.is_none()));
 }
 
 #[test]

@@ -9,9 +9,8 @@ use std::process::Command;
 use std::sync::PoisonError;
 
 use crate::MACHINE;
-use crate::environment::{
-    Distribution, cmake_arguments, colcon, environment, scripts, step, target,
-};
+use crate::environment::venv::target;
+use crate::environment::{Distribution, cmake_arguments, colcon, environment, scripts, step};
 
 /// Apart from the domains of the other scripts.
 const DOMAIN: &str = "100";

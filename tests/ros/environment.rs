@@ -5,7 +5,7 @@
 //! ROS installation or any Python package outside the target directory.
 
 #[path = "../environment/venv.rs"]
-mod venv;
+pub mod venv;
 
 use std::fs;
 use std::io;
@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 
-pub use venv::{step, target};
+pub use venv::step;
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 /// A ROS distribution of which there are wheels.
