@@ -29,9 +29,9 @@
 //! - Contacts without end at one instant: a budget, then a [stall](plain::Stall) that says where.
 //!
 //! Each is made from laws, discs and how to go on; `advance(until, &mut contacts)` moves it,
-//! `discs()` shows it, `now()` says how far it came; [`watch`] tells it to another thread. [`clock`]
-//! keeps the times of events exact;
-//! [`energy`] and [`momentum`] tell drift, which is error, from work, which is physics.
+//! `discs()` shows it, `now()` says how far it came; [`watch`] tells it to another thread.
+//! [`clock`] keeps the times of events exact; [`energy`] and [`momentum`] tell drift, which is
+//! error, from work, which is physics.
 
 pub mod arena;
 
