@@ -106,10 +106,7 @@ pub fn from_bag(arguments: RunArguments, is_node: bool) -> ExitCode {
 #[cfg(feature = "bags")]
 fn verified(bag: &carom::bag::read::Bag) -> ExitCode {
     match carom::bag::verify::verify(bag) {
-        Ok(verdict) => {
-            super::say(&verdict);
-            ExitCode::from(u8::from(!verdict.agrees()))
-        }
+        Ok(verdict) => super::say(&verdict, u8::from(!verdict.is_sound())),
         Err(message) => complain(&format!("{}: {message}", bag.path().display()), 2),
     }
 }
@@ -130,12 +127,14 @@ fn answered(
     match offline::answer(bag, scene, &out) {
         Ok(Answered { messages, answers, contacts, refused, told, .. }) => {
             told.iter().for_each(|told| super::tell(told));
-            super::say(&format_args!(
-                "{messages} messages, {answers} of them with {contacts} contacts, {refused} \
+            super::say(
+                &format_args!(
+                    "{messages} messages, {answers} of them with {contacts} contacts, {refused} \
                  refusals: {}",
-                out.display()
-            ));
-            ExitCode::SUCCESS
+                    out.display()
+                ),
+                0,
+            )
         }
         Err(error @ OfflineError::Write(WriteError::Output { .. })) => complain(&error, 1),
         Err(error) => complain(&error, 2),
@@ -180,10 +179,7 @@ pub fn replay(arguments: ReplayArguments, ros: RosArguments) -> ExitCode {
 #[cfg(feature = "ros")]
 fn done(outcome: Result<String, carom::node::NodeError>) -> ExitCode {
     match outcome {
-        Ok(line) => {
-            super::say(&line);
-            ExitCode::SUCCESS
-        }
+        Ok(line) => super::say(&line, 0),
         Err(error) => complain(&error, if error.is_bad_use() { 2 } else { 1 }),
     }
 }

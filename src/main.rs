@@ -577,11 +577,16 @@ fn run(_arguments: RunArguments, _ros: RosArguments) -> ExitCode {
     complain(&"this build has no ROS 2 node: build it with the feature `ros`", 2)
 }
 
-/// What came of it, on stdout.
+/// What came of it, on stdout, and the exit code; 2 where it cannot be said. Whoever closes a pipe
+/// has read enough.
 #[cfg(feature = "bags")]
-fn say(what: &dyn std::fmt::Display) {
-    // Nobody may be reading.
-    let _ = writeln!(std::io::stdout(), "{what}");
+fn say(what: &dyn std::fmt::Display, code: u8) -> ExitCode {
+    match writeln!(std::io::stdout(), "{what}") {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            complain(&format!("cannot write: {error}"), 2)
+        }
+        _ => ExitCode::from(code),
+    }
 }
 
 /// One line on stderr.

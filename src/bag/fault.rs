@@ -34,7 +34,7 @@ pub enum Fault {
         /// What is wrong with it.
         what: String,
     },
-    /// It says of itself, or another file says of it, what it does not hold.
+    /// It says of itself, or another file says of it, what it does not hold or makes no sense.
     Contradicts(String),
     /// Something that should be there is not; the rest can be read.
     Missing(String),

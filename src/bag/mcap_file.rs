@@ -48,6 +48,7 @@ pub fn index(path: &Path) -> Result<Index, Fault> {
         Ok(index) => return Ok(index.checked()),
         Err(NoSummary::Unreadable(error)) => return Err(Fault::Unreadable(error)),
         Err(NoSummary::Absent(what)) => faults.push(Fault::Missing(what)),
+        Err(NoSummary::Wrong(what)) => faults.push(Fault::Contradicts(what)),
     }
     let mut file = McapReader::open(path)?;
     let mut definitions = HashMap::new();
@@ -106,6 +107,7 @@ impl Index {
 enum NoSummary {
     Unreadable(std::io::Error),
     Absent(String),
+    Wrong(String),
 }
 
 impl From<std::io::Error> for NoSummary {
@@ -116,6 +118,10 @@ impl From<std::io::Error> for NoSummary {
 
 fn absent(what: &str) -> NoSummary {
     NoSummary::Absent(format!("{what}, so all of it was looked through"))
+}
+
+fn wrong(what: &str) -> NoSummary {
+    NoSummary::Wrong(format!("{what}, so all of it was looked through"))
 }
 
 /// A record that matters.
@@ -296,7 +302,7 @@ impl McapReader {
         }
         let size = tail_at.checked_sub(start).filter(|_| start >= self.at);
         let size = size.filter(|size| *size <= RECORD_BYTES_MAX);
-        let size = size.ok_or_else(|| absent("has its summary where none can be"))?;
+        let size = size.ok_or_else(|| wrong("has its summary where none can be"))?;
         let mut bytes = vec![0; usize::try_from(size).unwrap_or(0)];
         self.input.seek(SeekFrom::Start(start))?;
         self.input.read_exact(&mut bytes)?;
@@ -304,13 +310,13 @@ impl McapReader {
         hasher.update(&bytes);
         hasher.update(&tail[..25]);
         if crc != 0 && hasher.finalize() != crc {
-            return Err(absent("has a summary with a wrong checksum"));
+            return Err(wrong("has a summary with a wrong checksum"));
         }
         self.read_summary(Records { bytes, at: 0 })
     }
 
     fn read_summary(&mut self, mut records: Records) -> Result<Index, NoSummary> {
-        let damaged = || absent("has a damaged summary");
+        let damaged = || wrong("has a damaged summary");
         let (mut index, mut definitions) = (Index::default(), HashMap::new());
         let (mut statistics, mut places) = (None, Vec::new());
         while let Some(record) = records.next() {
@@ -330,7 +336,7 @@ impl McapReader {
         }
         let said = statistics.ok_or_else(|| absent("has a summary without counts"))?;
         if said.channel_count as usize != index.topics.len() {
-            return Err(absent("has a summary without its topics"));
+            return Err(wrong("has a summary without its topics"));
         }
         for (id, topic) in &mut index.topics {
             topic.count = Some(said.channel_message_counts.get(id).copied().unwrap_or(0));
@@ -343,20 +349,20 @@ impl McapReader {
     }
 
     fn read_metadata(&mut self, at: u64, index: &mut Index) -> Result<(), NoSummary> {
-        let wrong = || absent("has a summary that points beside its metadata");
-        let room = self.length.checked_sub(at).ok_or_else(wrong)?;
+        let beside = || wrong("has a summary that points beside its metadata");
+        let room = self.length.checked_sub(at).ok_or_else(beside)?;
         let mut head = [0; HEAD_BYTES as usize];
         self.input.seek(SeekFrom::Start(at))?;
-        self.input.read_exact(&mut head).map_err(|_| wrong())?;
+        self.input.read_exact(&mut head).map_err(|_| beside())?;
         let (opcode, length) = head_of(&head);
         if opcode != op::METADATA || length > room.min(RECORD_BYTES_MAX) {
-            return Err(wrong());
+            return Err(beside());
         }
         let mut body = vec![0; usize::try_from(length).unwrap_or(0)];
-        self.input.read_exact(&mut body).map_err(|_| wrong())?;
+        self.input.read_exact(&mut body).map_err(|_| beside())?;
         match event(opcode, &body, &|_| false) {
             Some(Ok(event)) => index.take(event, &mut HashMap::new()),
-            _ => return Err(wrong()),
+            _ => return Err(beside()),
         }
         Ok(())
     }

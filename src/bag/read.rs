@@ -91,6 +91,8 @@ struct Part {
     ids: HashMap<i64, usize>,
     count: Option<u64>,
     size: u64,
+    /// Whether a file before it could not be read at all.
+    follows_gap: bool,
 }
 
 /// A bag, opened for reading.
@@ -120,7 +122,7 @@ impl Bag {
             packed_messages: false,
         };
         if !files::is_folder(path) {
-            bag.add(path).map_err(|fault| fault.of(path))?;
+            bag.add(path, false).map_err(|fault| fault.of(path))?;
             return Ok(bag);
         }
         let metadata = bag.read_metadata()?;
@@ -129,8 +131,10 @@ impl Bag {
             let what = "is a folder without a recording (.mcap, .db3)".to_owned();
             return Err(Fault::NotABag(what).of(path));
         }
+        let mut follows_gap = false;
         for file in files {
-            if let Err(fault) = bag.add(&file) {
+            if let Err(fault) = bag.add(&file, follows_gap) {
+                follows_gap = true;
                 bag.faults.push(fault.of(&file));
             }
         }
@@ -194,7 +198,7 @@ impl Bag {
             Ok(metadata) => Ok(Some(metadata)),
             Err(error) => {
                 let what = format!("{error}; the files of the folder are read without it");
-                self.faults.push(missing(what));
+                self.faults.push(Fault::Contradicts(what).of(&path));
                 Ok(None)
             }
         }
@@ -218,7 +222,7 @@ impl Bag {
         Ok(listed)
     }
 
-    fn add(&mut self, path: &Path) -> Result<(), Fault> {
+    fn add(&mut self, path: &Path, follows_gap: bool) -> Result<(), Fault> {
         let storage = files::storage(path)?;
         let (topics, count, faults) = match storage {
             Storage::Mcap => {
@@ -238,7 +242,7 @@ impl Bag {
             ids.insert(id, self.know(topic));
         }
         self.faults.extend(faults.into_iter().map(|fault| fault.of(path)));
-        self.parts.push(Part { path: path.to_owned(), storage, ids, count, size });
+        self.parts.push(Part { path: path.to_owned(), storage, ids, count, size, follows_gap });
         Ok(())
     }
 
@@ -309,6 +313,11 @@ impl Messages<'_> {
             None => 0,
         };
         self.bytes_before + here
+    }
+
+    /// Whether a file before the one that is being read could not be read at all.
+    pub fn follows_gap(&self) -> bool {
+        self.bag.parts.get(self.part).is_some_and(|part| part.follows_gap)
     }
 
     fn begin(&self, part: &Part) -> Result<(Reading, Wanted), Fault> {

@@ -23,6 +23,9 @@ use crate::world::{Command, Disc, Instants, Outcome, Owner, Settings, World};
 /// Differences that are told in words; the others are counted.
 const TOLD_MAX: usize = 10;
 
+/// Steps may be missing.
+const HOLE: &str = "the journal has a hole";
+
 /// What came of it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Verdict {
@@ -32,8 +35,12 @@ pub struct Verdict {
     pub told: Vec<String>,
     /// All differences.
     pub differences: u64,
+    /// Where the bag is damaged or contradicts itself: no difference of the run.
+    pub damage: Vec<String>,
     /// What of the bag is not there; it may have been killed.
     pub missing: Vec<String>,
+    /// From where on nothing could be repeated and compared, and why.
+    pub lost: Option<String>,
     /// The version that recorded, if it is not this one.
     pub other_version: Option<String>,
     /// Simulated time that was reached, s.
@@ -41,16 +48,21 @@ pub struct Verdict {
 }
 
 impl Verdict {
-    /// Whether the run was the same in every bit, and all of it could be compared.
+    /// Whether all that could be compared was the same in every bit.
     pub fn agrees(&self) -> bool {
         self.differences == 0 && self.compared.values().any(|count| *count > 0)
     }
 
-    /// What is missing is no difference: what is there can still agree.
+    /// Whether it agrees, nothing is damaged, and all that is there could be compared.
+    pub fn is_sound(&self) -> bool {
+        self.agrees() && self.damage.is_empty() && self.lost.is_none()
+    }
+
+    /// What is wrong with the bag is no difference: what is there can still agree.
     fn take_fault(&mut self, fault: &BagError) {
         match fault.fault {
             Fault::Missing(_) | Fault::Cut { .. } => self.missing.push(fault.to_string()),
-            _ => self.differ(fault.to_string()),
+            _ => self.damage.push(fault.to_string()),
         }
     }
 
@@ -60,6 +72,20 @@ impl Verdict {
             self.told.push(what);
         }
     }
+
+    fn result(&self) -> String {
+        let places = |count: u64| if count == 1 { "place" } else { "places" };
+        let mut result = match (self.agrees(), self.differences) {
+            (true, _) => "every bit agrees".to_owned(),
+            (false, 0) => "nothing can be compared".to_owned(),
+            (false, count) => format!("it differs in {count} {}", places(count)),
+        };
+        if !self.damage.is_empty() {
+            let count = self.damage.len() as u64;
+            result += &format!("; the bag is damaged in {count} {}", places(count));
+        }
+        result
+    }
 }
 
 impl fmt::Display for Verdict {
@@ -68,23 +94,26 @@ impl fmt::Display for Verdict {
             let this = env!("CARGO_PKG_VERSION");
             writeln!(f, "recorded by carom {version}; this is {this}: its bits may be others")?;
         }
-        for told in self.missing.iter().chain(&self.told) {
-            writeln!(f, "{told}")?;
+        for missing in &self.missing {
+            writeln!(f, "{missing}")?;
         }
-        let more = self.differences - self.told.len() as u64;
-        if more > 0 {
-            writeln!(f, "... and {more} more")?;
+        let damage = self.damage.len() as u64;
+        for (told, count) in [(&self.damage, damage), (&self.told, self.differences)] {
+            for told in told.iter().take(TOLD_MAX) {
+                writeln!(f, "{told}")?;
+            }
+            let more = count.saturating_sub(TOLD_MAX as u64);
+            if more > 0 {
+                writeln!(f, "... and {more} more")?;
+            }
+        }
+        if let Some(lost) = &self.lost {
+            writeln!(f, "{lost}")?;
         }
         let counts: Vec<String> =
             self.compared.iter().map(|(topic, count)| format!("{count} {topic}")).collect();
         let compared = if counts.is_empty() { "nothing".to_owned() } else { counts.join(", ") };
-        let verdict = match (self.agrees(), self.differences) {
-            (true, _) => "every bit agrees".to_owned(),
-            (false, 0) => "there is nothing to compare".to_owned(),
-            (false, 1) => "it differs in 1 place".to_owned(),
-            (false, count) => format!("it differs in {count} places"),
-        };
-        write!(f, "{compared} compared up to {} s: {verdict}", self.reached)
+        write!(f, "{compared} compared up to {} s: {}", self.reached, self.result())
     }
 }
 
@@ -101,13 +130,27 @@ pub fn verify(bag: &Bag) -> Result<Verdict, String> {
     run.verdict.other_version =
         said.get("version").filter(|version| *version != env!("CARGO_PKG_VERSION")).cloned();
     bag.faults().iter().for_each(|fault| run.verdict.take_fault(fault));
-    for next in bag.messages(|_| true) {
-        match next {
-            Ok(message) => run.take(&bag.topics()[message.topic].name, message),
-            Err(fault) => run.verdict.take_fault(&fault),
+    let mut messages = bag.messages(|_| true);
+    // Where a file ends too early, what is in the next one has a hole before it.
+    let mut is_cut = false;
+    while let Some(next) = messages.next() {
+        if is_cut || messages.follows_gap() {
+            run.lose(HOLE);
         }
-        if run.is_lost {
-            break;
+        match next {
+            Ok(message) if !run.is_lost() => {
+                run.take(&bag.topics()[message.topic].name, message);
+            }
+            // What is damaged besides is still told.
+            Ok(_) => {}
+            Err(fault) => {
+                run.verdict.take_fault(&fault);
+                match fault.fault {
+                    Fault::Cut { .. } | Fault::Unreadable(_) => is_cut = true,
+                    Fault::Damaged { .. } => run.lose(HOLE),
+                    _ => {}
+                }
+            }
         }
     }
     run.end();
@@ -129,7 +172,6 @@ struct Run {
     /// Payloads that must come, by topic.
     expected: HashMap<String, VecDeque<Vec<u8>>>,
     verdict: Verdict,
-    is_lost: bool,
 }
 
 impl Run {
@@ -150,7 +192,6 @@ impl Run {
             heard: HashMap::new(),
             expected: HashMap::new(),
             verdict: Verdict::default(),
-            is_lost: false,
         })
     }
 
@@ -312,17 +353,24 @@ impl Run {
     /// What the run told last need not have reached the bag: no more than one step of it.
     fn end(&mut self) {
         for (topic, waiting) in &self.expected {
-            if waiting.len() > 1 && !self.is_lost {
+            if waiting.len() > 1 && self.verdict.lost.is_none() {
                 let count = waiting.len();
                 self.verdict.differ(format!("{topic}: {count} repeated, but not recorded"));
             }
         }
     }
 
-    fn lose(&mut self, what: String) {
+    /// Nothing is compared any more; the first reason is told.
+    fn lose(&mut self, why: impl fmt::Display) {
+        if self.is_lost() {
+            return;
+        }
         let at = self.now();
-        self.verdict.differ(format!("at {at} s: {what}"));
-        self.is_lost = true;
+        self.verdict.lost = Some(format!("cannot be repeated from {at} s on: {why}"));
+    }
+
+    fn is_lost(&self) -> bool {
+        self.verdict.lost.is_some()
     }
 
     fn now(&self) -> f64 {

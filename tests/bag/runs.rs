@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 use carom::bag::journal::{self, Asked, Entry, Line};
 use carom::bag::offline;
@@ -62,6 +62,10 @@ fn recorded(folder: &Path, scene_name: &str, version: &str) -> PathBuf {
         }
         writing.step(at, None);
         writing.tell();
+        if tick % 40 == 0 {
+            // So that it has three chunks.
+            writing.bag.flush().expect("room");
+        }
     }
     writing.bag.finish().expect("room");
     path
@@ -232,7 +236,7 @@ fn one_wrong_bit_is_found_at_its_place() {
 }
 
 #[test]
-fn what_is_left_out_or_damaged_is_a_difference() {
+fn what_is_left_out_is_a_difference() {
     let folder = folder("differences");
     let path = recorded(&folder, "arena", env!("CARGO_PKG_VERSION"));
     let bag = Bag::open(&path).expect("a bag");
@@ -242,14 +246,86 @@ fn what_is_left_out_or_damaged_is_a_difference() {
         topic != "/contacts" || contacts != 3
     });
     assert!(!verify(&Bag::open(&fewer).expect("a bag")).expect("a run").agrees());
+}
+
+/// The places of the steps in the journal of a file that is not packed.
+fn steps_in(bytes: &[u8]) -> Vec<usize> {
+    let step = br#"{"step""#;
+    (0..bytes.len()).filter(|at| bytes[*at..].starts_with(step)).collect()
+}
+
+#[test]
+fn after_a_lost_chunk_nothing_is_compared_and_that_is_said() {
+    let folder = folder("hole");
+    let path = recorded(&folder, "arena", env!("CARGO_PKG_VERSION"));
     let file = path.join("run_0.mcap");
-    let mut bytes = fs::read(&file).expect("a file");
-    let middle = bytes.len() / 2;
-    bytes[middle] ^= 4;
-    fs::write(&file, bytes).expect("a file");
+    let whole = fs::read(&file).expect("a file");
+    let steps = steps_in(&whole);
+    assert!(steps.len() > TICKS as usize);
+    // Chunks 1, 2, 3: so many ticks before the hole.
+    for (place, ticks) in [(0, 0u32), (steps.len() / 2, 40), (steps.len() - 1, 80)] {
+        let mut bytes = whole.clone();
+        bytes[steps[place]] ^= 4;
+        fs::write(&file, bytes).expect("a file");
+        let verdict = verify(&Bag::open(&path).expect("a bag")).expect("a run");
+        assert_eq!((verdict.differences, verdict.damage.len()), (0, 1), "{verdict}");
+        assert_eq!(verdict.compared.get("/arena_states").copied().unwrap_or(0), u64::from(ticks));
+        let (code, out, _) = run_from(&path, &["--verify"]);
+        let at = f64::from(ticks) / 60.0;
+        let lost = format!("cannot be repeated from {at} s on: the journal has a hole");
+        let agrees = if ticks == 0 { "nothing can be compared" } else { "every bit agrees" };
+        let result = format!("up to {at} s: {agrees}; the bag is damaged in 1 place");
+        assert_eq!(code, Some(1));
+        for what in ["wrong checksum", &lost, &result] {
+            assert!(out.contains(what), "{out}: {what}");
+        }
+    }
+}
+
+#[test]
+fn a_bag_that_says_wrong_counts_or_is_cut_differs_nowhere() {
+    let folder = folder("damage");
+    let path = recorded(&folder, "arena", env!("CARGO_PKG_VERSION"));
+    let metadata = path.join("metadata.yaml");
+    let text = fs::read_to_string(&metadata).expect("a file");
+    let wrong = text.replacen("message_count: 120\n", "message_count: 119\n", 1);
+    assert_ne!(wrong, text);
+    fs::write(&metadata, wrong).expect("a file");
     let (code, out, _) = run_from(&path, &["--verify"]);
     assert_eq!(code, Some(1));
-    assert!(out.contains("wrong checksum"), "{out}");
+    assert!(out.contains("says /arena_states has 119 messages, but it has 120"), "{out}");
+    assert!(out.contains("every bit agrees; the bag is damaged in 1 place"), "{out}");
+    fs::write(&metadata, text).expect("a file");
+    let file = path.join("run_0.mcap");
+    let whole = fs::read(&file).expect("a file");
+    let steps = steps_in(&whole);
+    fs::write(&file, &whole[..steps[steps.len() - 1]]).expect("a file");
+    let verdict = verify(&Bag::open(&path).expect("a bag")).expect("a run");
+    assert!(verdict.agrees() && !verdict.is_sound() && verdict.differences == 0, "{verdict}");
+    assert_eq!(verdict.compared["/arena_states"], 80, "{verdict}");
+    // Without the metadata it is as if the node had been killed.
+    fs::remove_file(&metadata).expect("ours");
+    let (code, out, _) = run_from(&path, &["--verify"]);
+    assert_eq!(code, Some(0), "{out}");
+    assert!(out.contains("ends too early") && out.ends_with("every bit agrees\n"), "{out}");
+}
+
+#[test]
+fn a_verdict_that_cannot_be_said_is_an_error_and_a_closed_pipe_is_none() {
+    let path = recorded(&folder("said"), "head_on", env!("CARGO_PKG_VERSION"));
+    let run = |out: Stdio| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_carom"));
+        command.args(["run", "--verify", "--from"]).arg(&path).stdout(out);
+        let Output { status, stderr, .. } = command.output().expect("the program was built");
+        (status.code(), String::from_utf8(stderr).expect("text"))
+    };
+    let full = fs::OpenOptions::new().write(true).open("/dev/full").expect("Linux");
+    let (code, error) = run(full.into());
+    assert_eq!((code, error.lines().count()), (Some(2), 1), "{error}");
+    assert!(error.starts_with("carom: cannot write: "), "{error}");
+    let (reader, writer) = std::io::pipe().expect("a pipe");
+    drop(reader);
+    assert_eq!(run(writer.into()), (Some(0), String::new()));
 }
 
 #[test]
