@@ -73,7 +73,7 @@ class Parameters:
 
 def check_services(client):
     events = Heard(client, ParameterEvent, "/parameter_events", qos_profile_parameter_events)
-    with Carom("resolver"):
+    with Carom("resolver") as carom:
         parameters = Parameters(client)
         names = parameters.call("list_parameters").result.names
         assert {"scene", "rate", "publish_rate_hz", "stale_after_s", "contact_margin_m",
@@ -84,6 +84,8 @@ def check_services(client):
             descriptor, = parameters.call("describe_parameters", names=[name]).descriptors
             assert descriptor.description, descriptor
             assert descriptor.type != ParameterType.PARAMETER_NOT_SET, descriptor
+        assert not parameters.call("describe_parameters", names=names).descriptors
+        carom.wait_for_line("parameters: an answer of", "larger than one datagram")
         rate = parameters.call("describe_parameters", names=["publish_rate_hz"]).descriptors[0]
         assert not rate.read_only and rate.floating_point_range[0].to_value == 1e5, rate
         types = parameters.call("get_parameter_types", names=["scene", "rate", "nothing"]).types

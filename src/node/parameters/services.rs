@@ -56,9 +56,10 @@ pub fn answer(
             let names = asked.request.names.iter();
             let values = names.map(|name| parameters.describe(name)).collect();
             let answered = match asked.answer(DescribeParametersResponse { values }) {
-                // What rclcpp answers where it cannot describe: nothing.
-                Err(DdsError::TooLarge(_)) => {
-                    asked.answer(DescribeParametersResponse { values: Vec::new() })
+                // What rclcpp answers where it cannot describe: nothing; the log has why.
+                Err(error @ DdsError::TooLarge(_)) => {
+                    let nothing = DescribeParametersResponse { values: Vec::new() };
+                    asked.answer(nothing).and(Err(error))
                 }
                 answered => answered,
             };
