@@ -92,7 +92,7 @@ pub struct Stepping {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum Refused {
     /// A number that is none.
-    #[error("{what} = {value}, must be {wanted}")]
+    #[error("{what} = {}, must be {wanted}", limits::short(*.value))]
     Number {
         /// Which.
         what: &'static str,

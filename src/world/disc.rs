@@ -74,7 +74,7 @@ impl Disc {
 
 /// Why a disc is refused.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[error("{field} = {value}, must be {wanted}")]
+#[error("{field} = {}, must be {wanted}", limits::short(*.value))]
 pub struct Defect {
     /// Name of the field in `CircleState`.
     pub field: &'static str,

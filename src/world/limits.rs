@@ -115,3 +115,12 @@ pub const TICK_S: f64 = 1.0 / 60.0;
 
 /// Spring constant of contacts that a scene does not name, N/m.
 pub const STIFFNESS_NPM: f64 = 1e5;
+
+/// A number as an error tells it: with an exponent where its digits would fill the line.
+pub fn short(number: f64) -> String {
+    let digits = number.to_string();
+    if digits.len() > DIGITS_TOLD { format!("{number:e}") } else { digits }
+}
+
+/// Most characters of a number that has no exponent: those of any with a moderate one.
+const DIGITS_TOLD: usize = 24;

@@ -15,6 +15,7 @@ use ros2_client::ParameterValue;
 use ros2_client::parameters::{NumericRange, ParameterDescriptor, ParameterType, raw};
 
 use super::arguments::Override;
+use crate::world::limits;
 
 /// A parameter and what is known about it.
 #[derive(Clone, Debug)]
@@ -77,7 +78,8 @@ impl Parameter {
         }
         match (&value, self.range) {
             (ParameterValue::Double(x), Some((least, most))) if !(least..=most).contains(x) => {
-                Err(format!("parameter '{}': {x} is not in {least} to {most}", self.name))
+                let (x, name) = (limits::short(*x), &self.name);
+                Err(format!("parameter '{name}': {x} is not {}", span(least, most)))
             }
             _ => Ok(value),
         }
@@ -101,6 +103,15 @@ impl Parameter {
         }
         .into()
     }
+}
+
+/// A range in words.
+fn span(least: f64, most: f64) -> String {
+    let from = limits::short(least);
+    if most == f64::MAX {
+        return format!("{from} or more");
+    }
+    format!("in {from} to {}", limits::short(most))
 }
 
 /// As ROS calls them.
