@@ -97,7 +97,9 @@ pub fn from_bag(arguments: RunArguments, is_node: bool) -> ExitCode {
         return verified(&bag);
     }
     let scene = scene.as_deref().unwrap_or("resolver");
-    match super::load(scene, method.as_deref(), step, keep_all) {
+    let loaded = super::load(scene, method.as_deref(), step, keep_all)
+        .and_then(|loaded| super::check_step(&loaded, step).map(|()| loaded));
+    match loaded {
         Ok(scene) => answered(&bag, &scene, out),
         Err(message) => complain(&message, 2),
     }

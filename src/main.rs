@@ -375,6 +375,16 @@ fn load(
     Ok(scene)
 }
 
+/// Whether a step that was asked for on the command line is one that the method takes.
+#[cfg(feature = "bags")]
+fn check_step(scene: &Scene, step: Option<f64>) -> Result<(), String> {
+    let method = scene.method();
+    if step.is_none() || matches!(method, Method::Steps | Method::Springs) {
+        return Ok(());
+    }
+    Err(format!("--step: method {method} has no step; leave it out, or say --method steps"))
+}
+
 /// The method of a name that was checked; `None` = the plan chooses.
 fn named(name: &str) -> Option<Method> {
     Method::named(name).ok().flatten()
@@ -495,6 +505,8 @@ fn measured(outcome: Result<(), BenchError>) -> ExitCode {
 #[cfg(feature = "ros")]
 fn run(mut arguments: RunArguments, ros: RosArguments) -> ExitCode {
     use carom::node::{self, RunOptions, Start};
+    // A step among the parameters waits for a method that takes one.
+    let step_said = arguments.step;
     let start = Start::new(ros).and_then(|start| {
         fill(&mut arguments, &start)?;
         Ok(start)
@@ -519,6 +531,7 @@ fn run(mut arguments: RunArguments, ros: RosArguments) -> ExitCode {
     let scene = scene.unwrap_or_else(|| shipped::DEFAULT.to_owned());
     let rate = rate.unwrap_or(1.0);
     let loaded = load(&scene, method.as_deref(), step, keep_all)
+        .and_then(|loaded| check_step(&loaded, step_said).map(|()| loaded))
         .and_then(|loaded| Ok((wire.options(&scene, &loaded)?, loaded)));
     match loaded {
         Err(message) => complain(&message, 2),

@@ -92,6 +92,12 @@ impl Scene {
         Ok(())
     }
 
+    /// How its pucks move: as it says, or as the plan chooses.
+    pub fn method(&self) -> Method {
+        let discs: Vec<Disc> = self.pucks.iter().map(|puck| puck.disc).collect();
+        self.settings.method.unwrap_or_else(|| Plan::of(&self.settings, &discs).method)
+    }
+
     /// Who watches the robots of its teams, if there are two.
     pub fn referee(&self) -> Option<Referee> {
         let team = |puck: &Puck| Some((puck.disc.id, puck.member?.team as u8));
