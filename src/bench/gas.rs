@@ -162,8 +162,10 @@ impl Judgement {
             && exceeds(self.rate / rate - 1.0, part)
         {
             return Err(format!(
-                "{:.4} collisions a disc and second, must be {rate:.4}",
-                self.rate
+                "{:.4} collisions a disc and second, must be {rate:.4} within {} %; more \
+                 collisions or more discs scatter less",
+                self.rate,
+                100.0 * part
             ));
         }
         let drift_max = match self.method {

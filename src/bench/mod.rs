@@ -113,7 +113,8 @@ pub(crate) fn measure(options: &Options, blocks: u32) -> Result<Measured, BenchE
     settings.keep = if options.keep_all { Parts::ALL } else { Parts::NONE };
     let count = discs.len() as f64;
     let mut plan = Plan::of(&settings, &discs);
-    plan.choose(options.method, &settings, &discs).map_err(BenchError::BadUse)?;
+    let chosen = plan.choose(options.method, &settings, &discs);
+    chosen.map_err(|error| BenchError::BadUse(advice(options, error)))?;
     let start = Instant::now();
     let mut arena = Arena::new(&plan, plan.laws(&settings), &discs);
     let start_up_s = start.elapsed().as_secs_f64();
@@ -168,6 +169,16 @@ pub(crate) fn pass(arena: &mut Arena, step: f64, collisions: u64) -> Result<(), 
         }
     }
     Ok(())
+}
+
+/// What is wrong with a method, and what else would be right here.
+fn advice(options: &Options, error: String) -> String {
+    match options.method {
+        Some(Method::Springs) if !options.gas.lattice.walled => {
+            format!("{error}, or --boundary walls")
+        }
+        _ => error,
+    }
 }
 
 /// How long something takes, s, and what comes of it.
