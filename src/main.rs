@@ -191,7 +191,7 @@ struct ReportArguments {
     /// The folder for the files; it is made if there is none.
     #[arg(long, value_name = "DIR", default_value = "carom-report")]
     out: PathBuf,
-    /// Under 3 minutes instead of 40: fewer repeats, smaller scenes.
+    /// A minute instead of 22: fewer repeats, smaller scenes.
     #[arg(long)]
     quick: bool,
     /// Only these figures, such as gas,cases; the page has nothing else then.

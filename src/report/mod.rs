@@ -33,9 +33,9 @@ use page::{Page, Section};
 /// How long the report may take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effort {
-    /// Under 3 minutes on two cores.
+    /// A minute on two cores.
     Quick,
-    /// Under 40 minutes.
+    /// 22 minutes.
     Full,
 }
 
