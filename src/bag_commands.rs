@@ -26,6 +26,7 @@ pub struct FromArguments {
 
 /// What `carom record` is told.
 #[derive(Args)]
+#[command(allow_negative_numbers = true)]
 pub struct RecordArguments {
     /// The topics to record; as others name them, or relative to the namespace.
     #[arg(value_name = "TOPICS", required_unless_present = "all")]
@@ -52,6 +53,7 @@ pub struct RecordArguments {
 
 /// What `carom replay` is told.
 #[derive(Args)]
+#[command(allow_negative_numbers = true)]
 pub struct ReplayArguments {
     /// The bag: a folder, or a file of one.
     #[arg(value_name = "BAG")]

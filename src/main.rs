@@ -64,6 +64,7 @@ enum BenchCommand {
 }
 
 #[derive(Args)]
+#[command(allow_negative_numbers = true)]
 struct GasArguments {
     /// How many discs.
     #[arg(long, value_name = "N", default_value = "1000")]
@@ -82,7 +83,6 @@ struct GasArguments {
     method: String,
     /// Length of a step of the methods steps and springs, s.
     #[arg(long, value_name = "S", default_value = "0.004166666666666667", value_parser = seconds)]
-    #[arg(allow_negative_numbers = true)]
     step: f64,
     /// Collisions to be timed.
     #[arg(long, value_name = "K", default_value = "1000000")]
@@ -119,6 +119,7 @@ struct GasArguments {
 }
 
 #[derive(Args)]
+#[command(allow_negative_numbers = true)]
 struct PeersArguments {
     /// How many discs.
     #[arg(long, value_name = "N", default_value = "1000")]
@@ -200,6 +201,7 @@ struct ReportArguments {
 }
 
 #[derive(Args)]
+#[command(allow_negative_numbers = true)]
 #[cfg_attr(
     not(all(feature = "bags", feature = "report")),
     allow(dead_code, reason = "this build only says that it has no audit")
