@@ -50,7 +50,18 @@ fn the_wire_is_for_leagues_and_says_what_it_needs() {
 
 #[test]
 fn bad_use_is_one_line_and_exit_code_2() {
-    let cases: [(&[&str], &str); 13] = [
+    let cases: [(&[&str], &str); 21] = [
+        (&["run", "arena", "--step", "0.01"], "--step: method events has no step; leave it out"),
+        (&["replay", "bag", "--rate", "-1"], "'--rate <FACTOR>': must be a number of 0 or more"),
+        (&["audit", "bag", "--crash-speed", "-1"], "'--crash-speed <MPS>': must be a number of 0"),
+        (&["bench", "gas", "--discs", "-5"], "-5 is not in 4..=10000000"),
+        (&["bench", "gas", "--method", "springs"], "take steps, or --boundary walls"),
+        (
+            &["resolver", "--ros-args", "-p", "robots:=[r1]", "-p", "r1.radius:=-1.0"],
+            "'r1.radius': -1 is not in 1e-60 to 1e60",
+        ),
+        (&["run", "--record", "/proc/none/bag"], "/proc/none/bag: cannot be made: "),
+        (&["record", "/clock", "-o", "/proc/none/bag"], "/proc/none/bag: cannot be made: "),
         (&["run", "--error", "0"], "'--error <E>': must be a number above 0, such as 1e-6"),
         (&["run", "--budget", "1h"], "'--budget <TIME>': must be a time above 0, such as 2ms"),
         (&["run", "nosuch"], "nosuch: No such file"),

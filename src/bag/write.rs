@@ -38,6 +38,14 @@ pub enum WriteError {
     /// Nothing is ever overwritten.
     #[error("{}: is there already; name a folder that is not", .0.display())]
     Exists(PathBuf),
+    /// The operating system does not let the folder be made.
+    #[error("{}: cannot be made: {error}", .path.display())]
+    Folder {
+        /// The folder.
+        path: PathBuf,
+        /// Why.
+        error: std::io::Error,
+    },
     /// The operating system does not let it be written.
     #[error("{}: cannot be written: {error}", .path.display())]
     Output {
@@ -93,11 +101,11 @@ impl BagWriter {
     /// Makes the folder, and its first file with what is to be noted.
     ///
     /// # Errors
-    /// [`WriteError::Exists`], [`WriteError::Output`].
+    /// [`WriteError::Exists`], [`WriteError::Folder`], [`WriteError::Output`].
     pub fn create(folder: &Path, options: Options, notes: Vec<Note>) -> Result<Self, WriteError> {
         files::create_folder(folder).map_err(|error| match error.kind() {
             std::io::ErrorKind::AlreadyExists => WriteError::Exists(folder.to_owned()),
-            _ => WriteError::Output { path: folder.to_owned(), error },
+            _ => WriteError::Folder { path: folder.to_owned(), error },
         })?;
         let name = folder.file_name().map(|name| name.to_string_lossy().into_owned());
         let mut bag = Self {

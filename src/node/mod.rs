@@ -117,7 +117,7 @@ impl NodeError {
         matches!(
             self,
             Self::BadUse(_)
-                | Self::Bag(WriteError::Exists(_))
+                | Self::Bag(WriteError::Exists(_) | WriteError::Folder { .. })
                 | Self::Dds(
                     DdsError::Environment { .. } | DdsError::DomainId(_) | DdsError::Name(_)
                 )
