@@ -8,8 +8,7 @@ use std::path::PathBuf;
 
 use super::recorded::{self, Robot};
 use super::{Audit, Options, page, tell};
-use crate::bag::files;
-use crate::bag::read::Bag;
+use crate::bag::read::{self, Bag};
 use crate::report::ReportError;
 use crate::report::draw;
 use crate::report::folder::{self, Growing};
@@ -60,7 +59,7 @@ pub fn audit(wanted: &Wanted, out: &mut impl Write) -> Result<u64, AuditError> {
     let mut options = wanted.options.clone();
     let noted = recorded::noted_law(&bag, &mut options);
     if let Some(folder) = &wanted.folder {
-        if files::holds_a_bag(folder) {
+        if read::holds_a_bag(folder) {
             let name = folder.display();
             let why = format!("--out {name}: a bag is in it; name a folder without one");
             return Err(AuditError::BadUse(why));

@@ -26,7 +26,7 @@ pub mod verify;
 pub mod write;
 
 mod fault;
-pub(crate) mod files;
+mod files;
 mod mcap_file;
 mod metadata;
 mod sqlite_file;
