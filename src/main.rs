@@ -236,9 +236,9 @@ struct AuditArguments {
     /// The same linear drag of all discs, 1/s [default: estimated].
     #[arg(long, value_name = "C", value_parser = at_least_0)]
     drag: Option<f64>,
-    /// Acceleration that drives may add at any time, m/s^2.
-    #[arg(long, value_name = "A", default_value = "0", value_parser = at_least_0)]
-    acceleration: f64,
+    /// Acceleration that drives may add at any time, m/s^2 [default: of the bag's scene, or 0].
+    #[arg(long, value_name = "A", value_parser = at_least_0)]
+    acceleration: Option<f64>,
     /// Deviation of positions, m [default: measured].
     #[arg(long, value_name = "M", value_parser = at_least_0)]
     position_noise: Option<f64>,
@@ -445,12 +445,14 @@ fn audit(arguments: AuditArguments) -> ExitCode {
         acceleration_max: arguments.acceleration,
         tolerance: arguments.tolerance,
         crash_speed: arguments.crash_speed,
+        ..Options::default()
     };
     let AuditArguments { bag, topic, out: folder, json, .. } = arguments;
     let wanted = Wanted { bag, topic, robots, options, folder, json };
     match command::audit(&wanted, &mut std::io::stdout().lock()) {
         Ok(violations) => ExitCode::from(u8::from(violations > 0)),
-        Err(error) => complain(&error, if error.is_bad_use() { 2 } else { 1 }),
+        // 1 is for violations alone.
+        Err(error) => complain(&error, 2),
     }
 }
 

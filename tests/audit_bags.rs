@@ -301,3 +301,67 @@ fn of_a_bag_that_is_cut_off_what_is_left_is_judged_and_said_to_be_not_all() {
     assert!(notes.contains("cut.mcap"), "{notes}");
     assert_eq!(fs::read(&cut).expect("bytes"), left, "never changed");
 }
+
+/// A robot soccer scene with a wall that is no box: two robots of a team, and a ball.
+const LEAGUE: &str = "method: ticks
+tick_s: 0.001
+restitution: 0.5
+segments: {lines: [{name: side, points: [[-9, 0.6], [9, 0.6]]}]}
+ball: {position: [0, 0], radius: 0.02, mass: 0.05}
+robots:
+  - {name: a, team: blue, radius: 0.09, mass: 2.5, places: [[-1, 0, 0], [1, 0.3, 0]],
+     drive: {model: holonomic, speed_max: 2, acceleration_max: 4}}
+";
+
+#[test]
+fn a_game_recorded_with_its_scene_has_no_violation_without_any_option() {
+    use carom::world::{Command as Order, Frame as In, Instants, Wanted};
+    let scene = carom::scene::file::parse(LEAGUE, "scene").expect("sound");
+    let mut world = scene.world();
+    let record = |k: u32| {
+        let order = |puck: &carom::scene::Puck| {
+            let linear = DVec2::from_angle(f64::from(k / 40) + f64::from(puck.disc.id)) * 2.0;
+            let wanted = Wanted { linear, angular: 0.0, frame: In::Arena };
+            Order::Drive { id: puck.disc.id, wanted }
+        };
+        let orders: Vec<Order> = scene.pucks.iter().filter(|p| p.driven).map(order).collect();
+        let advance_to = f64::from(k) / 60.0;
+        world.step(&orders, Instants { heard_at: 0.0, advance_to });
+        let discs = world.arena().expect("pucks").discs(Owner::Simulated).collect();
+        Frame { time_ns: (1e9 * advance_to).round() as i64, discs }
+    };
+    let frames: Vec<Frame> = (0..600).map(record).collect();
+    assert!(world.arena().expect("pucks").contacts() > 3);
+    let path = folder("game").join("bag");
+    bag(&path, &frames, 1, Some(LEAGUE));
+    let (told, code) = json(&path, &[]);
+    assert_eq!((told["violations"].as_u64(), code), (Some(0), Some(0)), "{told}");
+    assert!(told["counts"]["beside"].as_u64() > Some(0), "{told}");
+}
+
+#[test]
+fn what_cannot_be_written_or_would_lie_in_a_bag_is_code_2() {
+    let folder = folder("refused");
+    let path = folder.join("bag");
+    let (frames, _) = gas();
+    bag(&path, &frames[..20], 1, None);
+    let name = path.display().to_string();
+    let full = fs::OpenOptions::new().write(true).open("/dev/full").expect("Linux");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_carom"));
+    let child = command.args(["audit", &name]).stdout(full).output().expect("carom runs");
+    let said = text(&child.stderr);
+    assert_eq!((child.status.code(), said.lines().count()), (Some(2), 1), "{said}");
+    let list = || {
+        let entries = fs::read_dir(&path).expect("a folder").flatten();
+        entries.map(|entry| entry.file_name()).collect::<Vec<_>>()
+    };
+    let before = list();
+    let output = audit(&[&name, "--out", &name]);
+    let said = text(&output.stderr);
+    assert_eq!((output.status.code(), said.lines().count()), (Some(2), 1), "{said}");
+    assert!(said.contains("a bag is in it"), "{said}");
+    assert_eq!(list(), before);
+    let output = audit(&[&name, "--robot", "red=0.1,1"]);
+    let said = text(&output.stderr);
+    assert!(said.contains("; the bag has no topic of nav_msgs/msg/Odometry"), "{said}");
+}

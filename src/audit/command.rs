@@ -8,7 +8,7 @@ use std::path::PathBuf;
 
 use super::recorded::{self, Robot};
 use super::{Audit, Options, page, tell};
-use crate::bag::read::Bag;
+use crate::bag::read::{self, Bag};
 use crate::report::ReportError;
 use crate::report::draw;
 use crate::report::folder::{self, Growing};
@@ -48,13 +48,6 @@ pub enum AuditError {
     Folder(ReportError),
 }
 
-impl AuditError {
-    /// Whether another command line would be right.
-    pub fn is_bad_use(&self) -> bool {
-        matches!(self, Self::BadUse(_) | Self::Folder(ReportError::BadUse(_)))
-    }
-}
-
 /// Audits a bag, and says how many violations there are.
 ///
 /// # Errors
@@ -66,6 +59,11 @@ pub fn audit(wanted: &Wanted, out: &mut impl Write) -> Result<u64, AuditError> {
     let mut options = wanted.options.clone();
     let noted = recorded::noted_law(&bag, &mut options);
     if let Some(folder) = &wanted.folder {
+        if read::holds_a_bag(folder) {
+            let name = folder.display();
+            let why = format!("--out {name}: a bag is in it; name a folder without one");
+            return Err(AuditError::BadUse(why));
+        }
         folder::prepare(folder).map_err(AuditError::Folder)?;
     }
     let lines = RefCell::new(Lines::begin(wanted)?);

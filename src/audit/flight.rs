@@ -8,6 +8,7 @@
 
 use glam::DVec2;
 
+use super::judge::JUDGED;
 use super::law::Law;
 use super::noise::{Noise, Sigma};
 use crate::world::Disc;
@@ -112,6 +113,7 @@ impl Means<'_> {
         flight.rest =
             after.position - before.position - (before.velocity + 0.5 * fall * length) * length;
         flight.course = self.course(&flight, length);
+        flight.sigma.velocity += driven_sigma(self.law, length);
         flight
     }
 
@@ -139,4 +141,9 @@ impl Means<'_> {
             Course::Tangled
         }
     }
+}
+
+/// A deviation of velocities of which what drives may add in this time is at most [`JUDGED`].
+pub(super) fn driven_sigma(law: &Law, length: f64) -> f64 {
+    law.acceleration_max * length / (JUDGED * std::f64::consts::SQRT_2)
 }

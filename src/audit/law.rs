@@ -70,7 +70,7 @@ impl Law {
             gravity: options.gravity.unwrap_or(DVec2::ZERO),
             drag: options.drag.unwrap_or(0.0),
             motion_source: source(motion),
-            acceleration_max: options.acceleration_max,
+            acceleration_max: options.acceleration_max.unwrap_or(0.0),
         }
     }
 

@@ -35,6 +35,8 @@ pub mod law;
 
 pub mod noise;
 
+pub mod surroundings;
+
 pub mod tell;
 
 #[cfg(feature = "bags")]
@@ -55,6 +57,7 @@ use findings::{Collision, Findings};
 use law::Law;
 use noise::Noise;
 use run::Run;
+use surroundings::Surroundings;
 
 /// Samples from which noise and law are learnt.
 const LEARNT_FROM: usize = 200_000;
@@ -79,8 +82,10 @@ pub struct Options {
     pub position_noise: Option<f64>,
     /// Deviation of a component of a velocity, m/s; `None` = measured.
     pub velocity_noise: Option<f64>,
-    /// What drives may add to a velocity at any time, m/s^2.
-    pub acceleration_max: f64,
+    /// What drives may add to a velocity at any time, m/s^2; `None` = nothing.
+    pub acceleration_max: Option<f64>,
+    /// What else may change velocities, where it is not judged.
+    pub surroundings: Surroundings,
     /// What is no violation though it can be seen: of the momentum exchanged, of a restitution, of
     /// the smaller radius; angles in rad. What noise and format allow is none in any case: 5
     /// deviations.
@@ -110,7 +115,8 @@ impl Default for Options {
             drag: None,
             position_noise: None,
             velocity_noise: None,
-            acceleration_max: 0.0,
+            acceleration_max: None,
+            surroundings: Surroundings::default(),
             tolerance: 1e-3,
             crash_speed: None,
         }

@@ -92,7 +92,7 @@ pub fn choose(bag: &Bag, topic: Option<&str>, robots: &[Robot]) -> Result<Chosen
         let is_its = |topic: &Topic| topic.kind == ODOMETRY && names.contains(&topic.name);
         let place = bag.topics().iter().position(is_its).ok_or_else(|| {
             let there = listed(bag, ODOMETRY);
-            format!("--robot {}: no topic {} of {ODOMETRY}; there {there}", robot.name, names[0])
+            format!("--robot {}: no topic {} of {ODOMETRY}; {there}", robot.name, names[0])
         })?;
         chosen.places.insert(place, Some(id));
     }
@@ -127,7 +127,7 @@ fn circles(bag: &Bag, wanted: Option<&str>) -> Result<usize, String> {
         (several, None) if several.iter().any(|&k| is_arena(bag, k)) => {
             Ok(several.iter().copied().find(|&k| is_arena(bag, k)).unwrap_or(several[0]))
         }
-        _ => Err(format!("choose one with --topic: {}", listed(bag, CIRCLES))),
+        _ => Err(format!("choose one with --topic; {}", listed(bag, CIRCLES))),
     }
 }
 
@@ -139,7 +139,11 @@ fn is_arena(bag: &Bag, place: usize) -> bool {
 fn listed(bag: &Bag, kind: &str) -> String {
     let of_kind = bag.topics().iter().filter(|topic| topic.kind == kind);
     let names: Vec<&str> = of_kind.map(|topic| topic.name.as_str()).collect();
-    if names.is_empty() { format!("no topic is of {kind}") } else { names.join(", ") }
+    if names.is_empty() {
+        format!("the bag has no topic of {kind}")
+    } else {
+        format!("the bag has {}", names.join(", "))
+    }
 }
 
 fn stamps_are_zero(bag: &Bag, chosen: &Chosen) -> bool {
@@ -179,10 +183,12 @@ fn nanoseconds(time: Time) -> i64 {
 pub fn noted_law(bag: &Bag, options: &mut Options) -> Option<String> {
     let note = bag.notes().iter().find(|(name, _)| name == NOTE).map(|(_, note)| note)?;
     let text = note.get("scene")?;
-    let settings = match scene::file::parse(text, "the scene in the bag") {
-        Ok(scene) => scene.settings,
+    let scene = match scene::file::parse(text, "the scene in the bag") {
+        Ok(scene) => scene,
         Err(error) => return Some(format!("the scene in the bag is not taken: {error}")),
     };
+    options.take_surroundings(&scene);
+    let settings = scene.settings;
     options.restitution = options.restitution.or(Some(settings.restitution));
     if options.walls.is_none() && !options.no_walls {
         options.walls = settings.walls.map(|walls| Bounds {

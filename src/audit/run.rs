@@ -5,12 +5,13 @@
 use std::collections::BTreeMap;
 
 use super::findings::{Break, Collision, Findings, Impulse, Kind, Met, Violation};
-use super::flight::{Course, Flight, Means, Span};
+use super::flight::{self, Course, Flight, Means, Span};
 use super::groups::{self, Crossing, Groups};
 use super::judge::{Encounter, JUDGED};
 use super::law::Law;
 use super::noise::{Noise, median};
 use super::overlaps::Overlaps;
+use super::surroundings::Surroundings;
 use super::verdict::{Court, Verdict, gain, is_vague};
 use super::{Frame, Listener, Options, alike};
 use crate::detect::impact::pair_impact;
@@ -33,6 +34,7 @@ const LONELY_MAX: usize = 64;
 pub(super) struct Run {
     findings: Findings,
     tolerance: f64,
+    surroundings: Surroundings,
     last: Option<Frame>,
     overlaps: Overlaps,
     held: BTreeMap<(DiscId, DiscId), Held>,
@@ -64,6 +66,7 @@ impl Run {
         Self {
             findings,
             tolerance: options.tolerance,
+            surroundings: options.surroundings.clone(),
             last: None,
             overlaps: Overlaps::default(),
             held: BTreeMap::new(),
@@ -144,7 +147,12 @@ impl Run {
         self.see_overlaps(&court, &found, frame.seconds());
         let mut lonely = Vec::new();
         for (group, verdict) in court.judge_all(&found) {
-            self.take(&court, &group, verdict, &mut lonely, listener);
+            let acted = || self.surroundings.may_have_acted(&flights, &group, &span);
+            if !verdict.is_lawful() && acted() {
+                self.leave(&court, &group);
+            } else {
+                self.take(&court, &group, verdict, &mut lonely, listener);
+            }
         }
         self.lonely(&court, &lonely, listener);
         self.end_held(frame.seconds(), listener);
@@ -237,6 +245,16 @@ impl Run {
                 self.answer(court, group);
             }
         }
+    }
+
+    /// Leaves a group unjudged, and what was held of its pairs.
+    fn leave(&mut self, court: &Court, group: &[usize]) {
+        let is_of = |id: DiscId| group.iter().any(|&k| court.flights[k].before.id == id);
+        self.held.retain(|(a, b), _| !is_of(*a) || !is_of(*b));
+        self.answer(court, group);
+        self.findings.counts.beside += 1;
+        let energy: f64 = group.iter().map(|&k| gain(&court.flights[k])).sum();
+        self.findings.ledger.unexplained_j += energy;
     }
 
     /// Collisions of a group, or walls.
@@ -394,7 +412,9 @@ fn whole(court: &Court, (a, b): (&Flight, &Flight), discs: [Disc; 2], began: f64
         let fall = flight.fall(court.law);
         let change = velocity - before.velocity - fall * span.length;
         let straight = before.position + (before.velocity + 0.5 * fall * span.length) * span.length;
-        Flight { before, after, change, rest: after.position - straight, ..*flight }
+        let mut sigma = flight.sigma;
+        sigma.velocity += flight::driven_sigma(court.law, span.length - court.span.length);
+        Flight { before, after, change, rest: after.position - straight, sigma, ..*flight }
     };
     let (a, b) = (join(discs[0], a), join(discs[1], b));
     let encounter = Encounter { a: &a, b: &b, length: span.length };

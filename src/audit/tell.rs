@@ -199,6 +199,7 @@ fn left_out(counts: &Counts) -> String {
         (counts.gaps, "gaps with samples missing"),
         (counts.resets, "times at which time went back"),
         (counts.teleports, "discs put elsewhere"),
+        (counts.beside, "changes at segments or robots that kick"),
         (counts.displaced, "small displacements without a cause"),
         (counts.unsound, "states that are no discs"),
         (counts.heaped, "stamps with discs heaped on each other"),

@@ -57,7 +57,7 @@ impl Verdict {
     }
 
     /// Whether all that happened is as the law says.
-    fn is_lawful(&self) -> bool {
+    pub fn is_lawful(&self) -> bool {
         match self {
             Self::Collisions(collisions) => collisions.iter().all(|each| each.kinds.is_empty()),
             Self::Violated(..) | Self::Alone(_) | Self::Ambiguous => false,

@@ -79,6 +79,12 @@ pub fn is_folder(path: &Path) -> bool {
     path.is_dir()
 }
 
+/// Whether a folder is a bag, or has its files.
+pub fn holds_a_bag(folder: &Path) -> bool {
+    folder.join("metadata.yaml").exists()
+        || recordings(folder).is_ok_and(|recordings| !recordings.is_empty())
+}
+
 /// The recordings in a folder, in their order.
 ///
 /// # Errors

@@ -10,6 +10,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use super::fault::{BagError, Fault};
+pub use super::files::holds_a_bag;
 use super::files::{self, Storage};
 use super::mcap_file::{self, McapReader};
 use super::metadata::{self, Metadata};

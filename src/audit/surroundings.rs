@@ -1,0 +1,81 @@
+//! What else of a scene may change a velocity: segments, kickers, drives.
+//!
+//! No heading is recorded and nobody says when a robot kicks, so what happened beside a segment or
+//! at a robot that can kick, and is not as the law says of discs alone, is counted and not judged.
+//! What drives and the ground may add at any time is a bound of every change.
+//!
+//! Never call anything lawful or a violation here.
+
+use super::Options;
+use super::flight::{Flight, Span};
+use crate::scene::Scene;
+use crate::world::{DiscId, Drive, Segment};
+
+/// Part of its radius by which a disc may be off a segment that it met.
+const NEAR: f64 = 0.05;
+
+/// What acts beside the discs.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Surroundings {
+    /// Segments that discs bounce off.
+    pub segments: Vec<Segment>,
+    /// Discs that can be kicked.
+    pub balls: Vec<DiscId>,
+    /// Discs that kick, each with the largest gap, m, over which it does.
+    pub kickers: Vec<(DiscId, f64)>,
+}
+
+impl Options {
+    /// Takes over from a scene what was not told: what drives and the ground may add, and what acts
+    /// beside the discs. The law of collisions is not touched.
+    pub fn take_surroundings(&mut self, scene: &Scene) {
+        let pucks = || scene.pucks.iter();
+        // Not the dribbler's: it has only balls at its mouth, where nothing else is judged either.
+        let of_drive = |drive: &Drive| [Some(drive.acceleration_max), drive.braking_max];
+        let drives = pucks().filter(|puck| puck.driven).flat_map(|puck| of_drive(&puck.drive));
+        let of_balls = pucks().filter_map(|puck| puck.ball);
+        let ground = of_balls.flat_map(|ball| [Some(ball.sliding), Some(ball.rolling)]);
+        let finite = drives.chain(ground).flatten().filter(|most| most.is_finite());
+        let most = finite.fold(0.0, f64::max);
+        self.acceleration_max = self.acceleration_max.or(Some(most));
+        let kicker = |drive: &Drive| drive.kicker.map(|kicker| kicker.reach);
+        self.surroundings = Surroundings {
+            segments: scene.settings.segments.map_or(vec![], |all| all.all().to_vec()),
+            balls: pucks().filter(|puck| puck.ball.is_some()).map(|puck| puck.disc.id).collect(),
+            kickers: pucks().filter_map(|p| Some((p.disc.id, kicker(&p.drive)?))).collect(),
+        };
+    }
+}
+
+impl Surroundings {
+    /// Whether any of it may have changed a velocity of this group between the two samples.
+    pub(super) fn may_have_acted(&self, all: &[Flight], group: &[usize], span: &Span) -> bool {
+        let fastest = group.iter().map(|&k| speed(&all[k])).fold(0.0, f64::max);
+        let way = fastest * span.length;
+        let at_segment = |flight: &Flight| {
+            let near = (1.0 + NEAR) * flight.before.radius + way;
+            let at = flight.before.position;
+            self.segments.iter().any(|segment| segment.distance(at) <= near)
+        };
+        group.iter().any(|&k| at_segment(&all[k]) || self.is_in_a_mouth(all, &all[k], span))
+    }
+
+    /// Whether a ball was so near a robot that this may have kicked it, whatever its heading.
+    fn is_in_a_mouth(&self, all: &[Flight], ball: &Flight, span: &Span) -> bool {
+        if !self.balls.contains(&ball.before.id) {
+            return false;
+        }
+        let reach = |id: DiscId| self.kickers.iter().find(|(own, _)| *own == id);
+        all.iter().any(|robot| {
+            let Some((_, reach)) = reach(robot.before.id) else { return false };
+            let touching = robot.before.radius + ball.before.radius;
+            let nearest = touching + reach + (speed(robot) + speed(ball)) * span.length;
+            robot.before.position.distance(ball.before.position) <= nearest
+        })
+    }
+}
+
+/// The larger of the speeds at both samples, m/s.
+fn speed(flight: &Flight) -> f64 {
+    flight.before.velocity.length().max(flight.after.velocity.length())
+}
