@@ -4,8 +4,9 @@ import copy
 from math import hypot, nan
 
 from ateam_msgs.msg import VisionStateBall, VisionStateRobot
+from carom.msg import Crashes
 from geometry_msgs.msg import Twist
-from harness import QOS, Carom, Client, Heard, assert_close, wait_until
+from harness import QOS, Carom, Client, Heard, assert_close, scene, wait_until
 from rclpy.serialization import serialize_message
 from robocup_ssl_msgs.msg import (
     KickedBall, RobotId, TrackedBall, TrackedFrame, TrackedRobot, Vector2, Vector3)
@@ -109,9 +110,39 @@ def an_arena():
         assert carom.alive()
 
 
+RAM = """
+method: ticks
+tick_s: 0.001
+restitution: 0.3
+robots:
+  - {name: blue, team: blue, radius: 0.09, mass: 2.5, places: [[0, 0, 0]],
+     drive: {model: holonomic, speed_max: 3.0, acceleration_max: 6.0}}
+  - {name: yellow, team: yellow, radius: 0.09, mass: 2.5, places: [[2, 0, 0]]}
+"""
+
+
+def a_crash():
+    """Who runs into a robot of the others is named, with both speeds."""
+    with Client() as client, Carom(scene(RAM)):
+        crashes = Heard(client, Crashes, "crashes")
+        drive = client.node.create_publisher(Twist, "pucks/blue_0/cmd_vel", QOS)
+        twist = Twist()
+        twist.linear.x = 3.0
+        wait_until(lambda: crashes, "a crash", each=lambda: drive.publish(twist), period_s=0.02)
+        crash = crashes[0].crashes[0]
+        blue_is_first = crash.a < crash.b
+        speeds = (crash.speed_a, crash.speed_b) if blue_is_first else (crash.speed_b, crash.speed_a)
+        faults = (crash.fault_a, crash.fault_b) if blue_is_first else (crash.fault_b, crash.fault_a)
+        assert 1.5 < speeds[0] <= 3.0 and speeds[1] == 0.0, speeds
+        assert_close(crash.approach_speed, speeds[0], 1e-12, "head on")
+        assert faults == (True, False), faults
+        assert_close(crash.point_x, 2.0 - 0.09, 1e-9, "where they touched")
+
+
 def main():
     a_tracker()
     an_arena()
+    a_crash()
 
 
 if __name__ == "__main__":
