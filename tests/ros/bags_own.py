@@ -12,8 +12,9 @@ import tempfile
 from collections import Counter
 from pathlib import Path
 
+from carom.msg import ErrorReport
 from geometry_msgs.msg import PoseStamped, Twist
-from harness import BINARY, Carom, Circle, Client, wait_until
+from harness import BINARY, Carom, Circle, Client, Heard, wait_until
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
@@ -131,6 +132,9 @@ def main():
                     states = client.inboxes["arena_states"].messages
                     wait_until(lambda: len(states) > 10, "states")
                     disturb(client)
+                    # One is made each second, and the reset began it anew.
+                    reports = Heard(client, ErrorReport, "error_report")
+                    wait_until(lambda: reports, "a report")
                     carom.stop()
                     carom.wait_for_line("recorded .* 0 dropped")
             finally:
