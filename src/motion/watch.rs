@@ -1,17 +1,17 @@
 //! An arena watched from afar: looks are taken of it, cheaply, and told somewhere else.
 //!
-//! Between two looks few discs of many have met anybody. The watcher knows what it has told, so a
-//! look is what flies otherwise since then, and who hears all looks knows all discs: the same bits
-//! as [`Arena::discs`] gives. Where discs do not fly straight, a look is all of them.
+//! Between two looks few discs of many have met anybody. The arena notes who did, so a look is what
+//! flies otherwise since the one before, and who hears all looks knows all discs: the same bits as
+//! [`Arena::discs`] gives. Where discs do not fly straight, a look is all of them.
 
 use super::arena::Arena;
-use super::events::rows::{Rows, Turn};
+use super::events::rows::{LookNumber, Rows, Seen};
 use crate::world::{Disc, Owner};
 
 /// Who looks at an arena, and remembers what it has told.
 #[derive(Clone, Debug, Default)]
 pub struct Watcher {
-    told: Option<Rows>,
+    last: Option<LookNumber>,
 }
 
 /// What a watcher tells of the simulated discs.
@@ -22,10 +22,8 @@ pub struct Look(Told);
 enum Told {
     /// They are these.
     Discs(Vec<Disc>),
-    /// They are these, at an instant of the epoch, s.
-    Rows(Box<Rows>, f64),
-    /// They are those before, but for these.
-    Turns(Vec<Turn>, f64),
+    /// They are these or turned so, at an instant of the epoch, s.
+    Seen(Seen, f64),
 }
 
 /// Who hears what a watcher tells, all of it and in order.
@@ -36,17 +34,13 @@ pub struct Listener {
 
 impl Watcher {
     /// Looks at the discs of an arena, which may be another one each time.
-    pub fn look(&mut self, arena: &Arena) -> Look {
-        if let Arena::Events(events) = arena {
-            if let Some((turns, now)) = self.told.as_mut().and_then(|rows| events.turns(rows)) {
-                return Look(Told::Turns(turns, now));
-            }
-            if let Some((rows, now)) = events.rows() {
-                self.told = Some(rows.clone());
-                return Look(Told::Rows(Box::new(rows), now));
-            }
+    pub fn look(&mut self, arena: &mut Arena) -> Look {
+        if let Arena::Events(events) = arena
+            && let Some((seen, now)) = events.look(&mut self.last)
+        {
+            return Look(Told::Seen(seen, now));
         }
-        self.told = None;
+        self.last = None;
         Look(Told::Discs(arena.discs(Owner::Simulated).collect()))
     }
 }
@@ -56,8 +50,8 @@ impl Look {
     pub fn bytes(&self) -> usize {
         match &self.0 {
             Told::Discs(discs) => size_of_val(discs.as_slice()),
-            Told::Rows(rows, _) => rows.bytes(),
-            Told::Turns(turns, _) => size_of_val(turns.as_slice()),
+            Told::Seen(Seen::Rows(rows), _) => rows.bytes(),
+            Told::Seen(Seen::Turns(turns), _) => size_of_val(turns.as_slice()),
         }
     }
 }
@@ -70,11 +64,11 @@ impl Listener {
     pub fn hear(&mut self, look: Look) -> Vec<Disc> {
         let (turns, now) = match look.0 {
             Told::Discs(discs) => return discs,
-            Told::Rows(rows, now) => {
+            Told::Seen(Seen::Rows(rows), now) => {
                 self.heard = Some(*rows);
                 (Vec::new(), now)
             }
-            Told::Turns(turns, now) => (turns, now),
+            Told::Seen(Seen::Turns(turns), now) => (turns, now),
         };
         // A watcher begins with rows.
         let rows = self.heard.as_mut().expect("the looks before");

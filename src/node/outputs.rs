@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
+use std::mem::take;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use super::complaints::Complaints;
@@ -120,8 +121,13 @@ impl Outputs {
         contacts.send(peers, complaints, || publish::contacts(header.clone(), &answer.contacts));
     }
 
-    /// The arena's contacts, and what they ask of observed circles.
-    pub fn arena_outcome(&mut self, arena: &Arena, outcome: &Outcome, complaints: &mut Complaints) {
+    /// The arena's contacts, which are taken, and what they ask of observed circles.
+    pub fn arena_outcome(
+        &mut self,
+        arena: &Arena,
+        outcome: &mut Outcome,
+        complaints: &mut Complaints,
+    ) {
         let header = || Header { stamp: stamp(arena), frame_id: self.frame_id.clone() };
         self.peers.update();
         if !outcome.corrections.is_empty() {
@@ -131,12 +137,12 @@ impl Outputs {
         }
         if !outcome.contacts.is_empty() {
             let contacts = &mut self.contacts;
-            if let Some(tap) = contacts.publisher.tap() {
-                tap.record_contacts(header, &outcome.contacts);
-            }
             if self.peers.hear(contacts.publisher.guid()) {
                 let message = publish::contacts(header(), &outcome.contacts);
                 contacts.publish(message, complaints);
+            }
+            if let Some(tap) = contacts.publisher.tap() {
+                tap.record_contacts(header, take(&mut outcome.contacts));
             }
         }
         if !outcome.crashes.is_empty() {
@@ -146,13 +152,15 @@ impl Outputs {
     }
 
     /// The arena as it is at a tick.
-    pub fn tick(&mut self, stage: &Stage, complaints: &mut Complaints) {
+    pub fn tick(&mut self, stage: &mut Stage, complaints: &mut Complaints) {
         let Some(arena) = stage.world().arena() else { return };
-        let header = || Header { stamp: stamp(arena), frame_id: self.frame_id.clone() };
+        let stamp = stamp(arena);
+        let header = || Header { stamp: stamp.clone(), frame_id: self.frame_id.clone() };
         let states = &mut self.arena_states;
         if let Some(tap) = states.publisher.tap() {
-            tap.record_states(header, arena);
+            tap.record_states(header, |watcher| stage.look(watcher));
         }
+        let Some(arena) = stage.world().arena() else { return };
         if self.peers.hear(states.publisher.guid()) {
             let discs = arena.discs(Owner::Simulated);
             states.publish(publish::arena_states(header(), discs), complaints);
@@ -168,8 +176,7 @@ impl Outputs {
                 segments: stage.scene().settings.segments,
                 periodic: stage.scene().settings.periodic,
             };
-            let header = Header { stamp: stamp(arena), frame_id: self.frame_id.clone() };
-            let markers = self.drawn.draw(&header, &picture);
+            let markers = self.drawn.draw(&header(), &picture);
             send(&self.peers, &self.markers, complaints, || markers);
         }
     }
@@ -192,7 +199,7 @@ impl Outputs {
     }
 
     /// The arena's time.
-    pub fn clock(&mut self, stage: &Stage, complaints: &mut Complaints) {
+    pub fn clock(&self, stage: &Stage, complaints: &mut Complaints) {
         let (Some(clock), Some(arena)) = (&self.clock, stage.world().arena()) else { return };
         send(&self.peers, clock, complaints, || Clock { clock: stamp(arena) });
     }

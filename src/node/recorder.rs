@@ -24,7 +24,6 @@ use crate::bag::read::Note;
 pub use crate::bag::write::Summary;
 use crate::bag::write::{BagWriter, Options, WriteError};
 use crate::messages::Header;
-use crate::motion::arena::Arena;
 use crate::motion::watch::{Listener, Look, Watcher};
 use crate::publish;
 use crate::world::Contact;
@@ -241,14 +240,18 @@ impl Tap {
     }
 
     /// Records contacts of an arena.
-    pub fn record_contacts(&self, header: impl FnOnce() -> Header, contacts: &[Contact]) {
-        self.recorder.put(self.topic, |_| Some(Content::Contacts(header(), contacts.to_vec())));
+    pub fn record_contacts(&self, header: impl FnOnce() -> Header, contacts: Vec<Contact>) {
+        self.recorder.put(self.topic, |_| Some(Content::Contacts(header(), contacts)));
     }
 
-    /// Records the pucks of an arena as they are now.
-    pub fn record_states(&self, header: impl FnOnce() -> Header, arena: &Arena) {
-        let look = || self.recorder.0.watcher.borrow_mut().look(arena);
-        self.recorder.put(self.topic, |_| Some(Content::States(header(), look())));
+    /// Records the pucks of an arena as they are now, if somebody looks at it.
+    pub fn record_states(
+        &self,
+        header: impl FnOnce() -> Header,
+        look: impl FnOnce(&mut Watcher) -> Option<Look>,
+    ) {
+        let look = || look(&mut self.recorder.0.watcher.borrow_mut());
+        self.recorder.put(self.topic, |_| look().map(|look| Content::States(header(), look)));
     }
 }
 

@@ -221,11 +221,11 @@ impl<'a> Runner<'a> {
         if self.arena().is_none() || due < tick || now < self.retry_at {
             return;
         }
-        let outcome = self.step(None, tick);
-        self.arena_outcome(&outcome);
+        let mut outcome = self.step(None, tick);
+        self.arena_outcome(&mut outcome);
         let reached = self.arena().map_or(0.0, |arena| arena.now());
         if self.stage.time.reach(reached, self.stepped_at) {
-            self.outputs.tick(&self.stage, &mut self.complaints);
+            self.outputs.tick(&mut self.stage, &mut self.complaints);
             self.soccer.tick(&self.stage, self.outputs.peers(), &mut self.complaints);
             self.stall = None;
             let told = self.steps.made_one();
@@ -242,8 +242,8 @@ impl<'a> Runner<'a> {
             && now >= self.retry_at
         {
             if self.arena().is_some_and(|arena| arena.now() < frame) {
-                let outcome = self.step(None, frame);
-                self.arena_outcome(&outcome);
+                let mut outcome = self.step(None, frame);
+                self.arena_outcome(&mut outcome);
             }
             if self.arena().is_none_or(|arena| arena.now() < frame) {
                 // It takes more than one step to get there.
@@ -578,8 +578,8 @@ impl<'a> Runner<'a> {
     /// Brings the arena to the present and gives it the command there.
     fn command(&mut self, command: Command, source: Option<Source>) -> Outcome {
         let present = self.catch_up();
-        let outcome = self.step(Some((command, source)), present);
-        self.arena_outcome(&outcome);
+        let mut outcome = self.step(Some((command, source)), present);
+        self.arena_outcome(&mut outcome);
         outcome
     }
 
@@ -589,8 +589,8 @@ impl<'a> Runner<'a> {
         self.see(now);
         let present = self.stage.time.due(now);
         if self.arena().is_some() {
-            let outcome = self.step(None, present);
-            self.arena_outcome(&outcome);
+            let mut outcome = self.step(None, present);
+            self.arena_outcome(&mut outcome);
         }
         present
     }
@@ -638,7 +638,7 @@ impl<'a> Runner<'a> {
         self.unrecorded_told = dropped;
     }
 
-    fn arena_outcome(&mut self, outcome: &Outcome) {
+    fn arena_outcome(&mut self, outcome: &mut Outcome) {
         let Some(arena) = self.stage.world().arena() else { return };
         self.outputs.arena_outcome(arena, outcome, &mut self.complaints);
         if !outcome.corrections.is_empty() {

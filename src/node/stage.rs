@@ -11,6 +11,7 @@ use glam::DVec2;
 use super::timeline::Timeline;
 use crate::bag::journal::{Asked, DriveLine, Entry, Line};
 use crate::messages::Header;
+use crate::motion::watch::{Look, Watcher};
 use crate::scene::file::is_token;
 use crate::scene::{Puck, Scene};
 use crate::world::{
@@ -132,6 +133,11 @@ impl Stage {
     /// The world.
     pub fn world(&self) -> &World {
         &self.world
+    }
+
+    /// Looks at the arena for a watcher, if there is one.
+    pub fn look(&mut self, watcher: &mut Watcher) -> Option<Look> {
+        self.world.look(watcher)
     }
 
     /// Keeps account of the arena's momentum from now on.

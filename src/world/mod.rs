@@ -32,6 +32,7 @@ use glam::DVec2;
 
 use crate::detect::{self, Pair, TooManyPairs};
 use crate::motion::arena::Arena;
+use crate::motion::watch::{Look, Watcher};
 use crate::plan::parts::{Part, Parts};
 use crate::plan::{Method, Plan};
 use crate::referee::Referee;
@@ -221,6 +222,11 @@ impl World {
     /// The arena, if there are simulated pucks.
     pub fn arena(&self) -> Option<&Arena> {
         self.arena.as_ref()
+    }
+
+    /// Looks at the arena for a watcher, if there are simulated pucks.
+    pub fn look(&mut self, watcher: &mut Watcher) -> Option<Look> {
+        self.arena.as_mut().map(|arena| watcher.look(arena))
     }
 
     /// Keeps account of the arena's momentum from now on, where its method can.

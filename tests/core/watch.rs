@@ -23,10 +23,11 @@ struct Pair(Watcher, Listener);
 
 impl Pair {
     /// Looks; how many bytes that took.
-    fn look(&mut self, arena: &Arena) -> usize {
-        let look = self.0.look(arena);
+    fn look(&mut self, world: &mut World) -> usize {
+        let look = world.look(&mut self.0).unwrap();
         let bytes = look.bytes();
-        assert_eq!(bits(self.1.hear(look)), bits(arena.discs(Owner::Simulated)));
+        let discs = world.arena().unwrap().discs(Owner::Simulated);
+        assert_eq!(bits(self.1.hear(look)), bits(discs));
         bytes
     }
 }
@@ -78,7 +79,29 @@ fn looks_tell_the_discs_whatever_happens_to_them() {
         for k in 1..600 {
             let commands: Vec<Command> = command(&mut random, &mut next).into_iter().collect();
             step(&mut world, &commands, f64::from(k) * 0.05);
-            pair.look(world.arena().unwrap());
+            pair.look(&mut world);
+        }
+    }
+}
+
+#[test]
+fn discs_of_many_sizes_are_told_too() {
+    for seed in 0..4 {
+        let mut discs = gas(seed, 300, 20.0, (0.02, 0.02), (1.0, 1.0));
+        discs.retain(|disc| disc.position.distance(DVec2::splat(10.0)) > 4.0);
+        discs.push(disc(5_000, [10.0, 10.0], [1.0, 0.5], 3.0, 50.0));
+        let mut settings = box_settings(20.0, 1.0);
+        if seed % 2 == 1 {
+            let periodic = Periodic { min: DVec2::ZERO, max: DVec2::splat(20.0) };
+            (settings.walls, settings.periodic) = (None, Some(periodic));
+        }
+        settings.method = Some(Method::Events);
+        let mut world = world(settings, &discs);
+        assert!(matches!(world.arena(), Some(Arena::Events(events)) if events.levels() > 1));
+        let mut pair = Pair::default();
+        for k in 1..300 {
+            step(&mut world, &[], f64::from(k) * 0.05);
+            pair.look(&mut world);
         }
     }
 }
@@ -88,12 +111,12 @@ fn what_nobody_met_is_not_told_again() {
     let discs = gas(3, 1_000, 50.0, (0.2, 0.2), (1.0, 1.0));
     let settings = Settings { method: Some(Method::Events), ..box_settings(50.0, 1.0) };
     let (mut world, mut pair) = (world(settings, &discs), Pair::default());
-    let all = pair.look(world.arena().unwrap());
-    assert_eq!(pair.look(world.arena().unwrap()), 0);
+    let all = pair.look(&mut world);
+    assert_eq!(pair.look(&mut world), 0);
     let mut told = 0;
     for k in 1..=100 {
         step(&mut world, &[], f64::from(k) * 0.01);
-        told += pair.look(world.arena().unwrap());
+        told += pair.look(&mut world);
     }
     assert!(told > 0 && told < 100 * all / 5, "{told} of {}", 100 * all);
 }
@@ -110,7 +133,7 @@ fn another_arena_and_other_methods_are_told_in_full() {
             }
             let mut world = world(settings, &discs);
             step(&mut world, &[], 0.5);
-            assert!(pair.look(world.arena().unwrap()) > 0);
+            assert!(pair.look(&mut world) > 0);
         }
     }
 }

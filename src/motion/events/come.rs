@@ -34,6 +34,7 @@ impl Events {
     /// A new disc.
     pub(super) fn come(&mut self, disc: &Disc, owner: Owner) {
         let k = self.flights.len();
+        self.noted.forget();
         self.ids.push(disc.id);
         self.owners.push(owner);
         self.push_flight(disc);
@@ -91,6 +92,7 @@ impl Events {
 
     /// Takes out what is kept of a disc.
     fn forget_row(&mut self, k: usize) {
+        self.noted.forget();
         self.flights.swap_remove(k);
         self.dues.swap_remove(k);
         self.ids.swap_remove(k);
@@ -112,6 +114,7 @@ impl Events {
 
     /// Writes down what a disc is, and where.
     pub(super) fn put(&mut self, k: usize, disc: &Disc) {
+        self.noted.forget();
         if !self.outdated {
             self.bring_start_near(disc.velocity.length());
         }

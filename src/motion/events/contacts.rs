@@ -256,6 +256,7 @@ impl Events {
     #[inline(always)]
     pub(super) fn note_contacts<U: Unit>(&mut self, discs: &[usize], count: usize) {
         self.contacts += count as u64;
+        self.noted.turn(discs);
         if U::BARE || self.last.is_empty() {
             return;
         }

@@ -134,6 +134,7 @@ impl Events {
     /// Gives a disc another velocity from now on.
     pub(super) fn turn(&mut self, k: usize, velocity: DVec2) {
         if self.fall.is_none() {
+            self.noted.turn(&[k]);
             return self.flights[k].turn(self.now, velocity);
         }
         self.set_state(k, self.position(k), velocity);

@@ -477,6 +477,7 @@ impl Events {
             return self.renew_all_cells();
         };
         (flight.x, flight.y) = (flight.x + shift.x, flight.y + shift.y);
+        self.noted.turn(&[k]);
         cells.remove(due.place, k as u32);
         cells.add(place, k as u32);
         self.dues[k].place = place;

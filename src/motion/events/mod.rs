@@ -51,6 +51,7 @@ use come::UNSEEN;
 use fall::Fall;
 use lanes::{Near, Unit, Wrap};
 use levels::{Grids, Levels};
+use rows::Noted;
 
 pub use lanes::Lanes;
 
@@ -242,6 +243,7 @@ pub struct Events {
     /// equal, else in units of reach and smaller radius.
     excess: (f64, f64),
     contacts: u64,
+    noted: Noted,
 }
 
 /// Times between contacts of a disc in an epoch: short enough that starts of flights are near, long
@@ -321,6 +323,7 @@ impl Events {
             momentum: MomentumAccount::default(),
             excess: (0.0, 0.0),
             contacts: 0,
+            noted: Noted::default(),
         };
         arena.energy.book(discs.iter().map(Disc::kinetic_energy).collect::<RunningSum>().value());
         discs.iter().for_each(|disc| arena.push_flight(disc));
@@ -563,6 +566,7 @@ impl Events {
 
     /// Moves the start of the epoch.
     fn carry_on(&mut self, by: f64) {
+        self.noted.forget();
         self.base += by;
         self.now = (self.now - by).max(0.0);
         self.instant -= by;

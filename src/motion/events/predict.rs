@@ -50,6 +50,7 @@ impl Events {
     /// Brings a disc back into a periodic box, if it has left one.
     pub(super) fn bring_inside(&mut self, k: usize) {
         if let Some(periodic) = self.laws.periodic {
+            self.noted.turn(&[k]);
             let flight = &mut self.flights[k];
             let position = flight.at(self.now);
             let shift = periodic.inside(position) - position;
@@ -308,6 +309,7 @@ impl Events {
             return self.renew_all_cells();
         };
         if shift != DVec2::ZERO {
+            self.noted.turn(&[k]);
             let flight = &mut self.flights[k];
             (flight.x, flight.y) = (flight.x + shift.x, flight.y + shift.y);
         }

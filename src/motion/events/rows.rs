@@ -1,7 +1,9 @@
-//! The discs as rows that stand for themselves: a copy tells the same discs, bit for bit, and what
-//! changed since it was made is found by looking at it. For [watchers](crate::motion::watch).
+//! The discs as rows that stand for themselves: a copy tells the same discs, bit for bit, while it
+//! hears who turned since. For [watchers](crate::motion::watch).
 //!
 //! Only where discs fly straight and are all simulated: of others there are no rows.
+
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::{Each, Events, Flight};
 use crate::world::{Disc, DiscId, Owner, Periodic};
@@ -23,9 +25,6 @@ pub struct Turn {
     /// Not a [`Flight`], whose alignment would half fill a list of these with nothing.
     flight: [f64; 4],
 }
-
-/// Of so many discs one turns between two looks, as a first guess.
-const DISCS_PER_TURN: usize = 8;
 
 impl Rows {
     /// The discs at an instant, s since the start of the epoch.
@@ -55,54 +54,96 @@ impl Rows {
     }
 }
 
-impl Events {
-    /// Its rows, if there are any, and the present, s since the start of the epoch.
-    pub fn rows(&self) -> Option<(Rows, f64)> {
-        let has_rows = self.fall.is_none() && self.owners.iter().all(|o| *o == Owner::Simulated);
-        has_rows.then(|| {
-            let rows = Rows {
-                ids: self.ids.clone(),
-                radii: self.radii.clone(),
-                masses: self.masses.clone(),
-                flights: self.flights.clone(),
-                periodic: self.laws.periodic,
-            };
-            (rows, self.now)
-        })
-    }
+/// What a look at an arena tells.
+#[derive(Clone, Debug)]
+pub enum Seen {
+    /// All discs.
+    Rows(Box<Rows>),
+    /// What flies otherwise than at the look before.
+    Turns(Vec<Turn>),
+}
 
-    /// What flies otherwise than in the rows, which then are those of now, and the present, s since
-    /// the start of the epoch; nothing if these are not the rows of its discs.
-    pub fn turns(&self, rows: &mut Rows) -> Option<(Vec<Turn>, f64)> {
-        let same = self.fall.is_none()
-            && self.owners.iter().all(|owner| *owner == Owner::Simulated)
-            && rows.periodic == self.laws.periodic
-            && rows.ids == self.ids
-            && rows.radii == self.radii
-            && rows.masses == self.masses;
-        if !same {
-            return None;
-        }
-        let mut turns = Vec::with_capacity(self.flights.len() / DISCS_PER_TURN);
-        let pairs = self.flights.iter().zip(&mut rows.flights);
-        for (disc, (flight, row)) in pairs.enumerate() {
-            if flight.bits() != row.bits() {
-                *row = *flight;
-                // A scene has far fewer than 2^32 pucks.
-                turns.push(Turn { disc: disc as u32, flight: flight.numbers() });
-            }
-        }
-        Some((turns, self.now))
+/// A look at an arena, like no other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LookNumber(u64);
+
+/// Who turned since the last look, while somebody looks: noted where a flight changes, for it costs
+/// more to compare all of them.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Noted {
+    look: Option<LookNumber>,
+    /// Some of them more than once.
+    discs: Vec<u32>,
+    /// With more turns than discs the list would save nothing.
+    most: usize,
+}
+
+impl LookNumber {
+    fn next() -> Self {
+        static LOOKS: AtomicU64 = AtomicU64::new(0);
+        Self(LOOKS.fetch_add(1, Ordering::Relaxed))
     }
 }
 
-impl Flight {
-    /// Not the numbers: -0 is another 0, and tells another disc.
-    fn bits(&self) -> [u64; 4] {
-        self.numbers().map(f64::to_bits)
+impl Noted {
+    /// Takes note of discs that fly otherwise.
+    #[inline(always)]
+    pub fn turn(&mut self, discs: &[usize]) {
+        if self.look.is_some() {
+            self.note(discs);
+        }
     }
 
-    fn numbers(&self) -> [f64; 4] {
-        [self.x, self.y, self.vx, self.vy]
+    #[inline(never)]
+    fn note(&mut self, discs: &[usize]) {
+        if self.discs.len() + discs.len() > self.most {
+            return self.forget();
+        }
+        // A scene has far fewer than 2^32 pucks.
+        self.discs.extend(discs.iter().map(|&k| k as u32));
+    }
+
+    /// All may fly otherwise, or be others: the next look is one at all.
+    pub fn forget(&mut self) {
+        self.look = None;
+        self.discs.clear();
+    }
+
+    fn begin(&mut self, look: LookNumber, discs: usize) {
+        self.look = Some(look);
+        self.discs.clear();
+        self.most = discs;
+    }
+}
+
+impl Events {
+    /// Looks at the discs, of which those are known that the last look told, if it was one at this
+    /// arena; nothing if they are no rows. With it the present, s since the start of the epoch.
+    pub fn look(&mut self, last: &mut Option<LookNumber>) -> Option<(Seen, f64)> {
+        let seen = if last.is_some() && self.noted.look == *last {
+            Seen::Turns(self.noted.discs.iter().map(|&disc| self.turn_of(disc)).collect())
+        } else {
+            Seen::Rows(Box::new(self.rows()?))
+        };
+        let look = LookNumber::next();
+        self.noted.begin(look, self.flights.len());
+        *last = Some(look);
+        Some((seen, self.now))
+    }
+
+    fn turn_of(&self, disc: u32) -> Turn {
+        let Flight { x, y, vx, vy } = self.flights[disc as usize];
+        Turn { disc, flight: [x, y, vx, vy] }
+    }
+
+    fn rows(&self) -> Option<Rows> {
+        let are_rows = self.fall.is_none() && self.owners.iter().all(|o| *o == Owner::Simulated);
+        are_rows.then(|| Rows {
+            ids: self.ids.clone(),
+            radii: self.radii.clone(),
+            masses: self.masses.clone(),
+            flights: self.flights.clone(),
+            periodic: self.laws.periodic,
+        })
     }
 }
