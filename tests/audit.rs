@@ -16,6 +16,9 @@ mod planted;
 #[path = "audit/noisy.rs"]
 mod noisy;
 
+#[path = "audit/leagues.rs"]
+mod leagues;
+
 use carom::audit::findings::{Collision, Findings};
 use carom::audit::{Audit, Frame, Options};
 

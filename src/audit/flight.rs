@@ -119,7 +119,7 @@ impl Means<'_> {
 
     fn course(&self, flight: &Flight, length: f64) -> Course {
         let Flight { before, after, change, rest, sigma, .. } = flight;
-        let (rest_sigma, driven) = (sigma.of_rest(length), self.law.acceleration_max * length);
+        let (rest_sigma, driven) = (sigma.of_rest(length), self.law.driven(length));
         let pushed = driven * length;
         let moved = (after.position - before.position).length();
         if moved > TRAVEL * self.fastest * length + CHANGED * rest_sigma + pushed {
@@ -145,5 +145,5 @@ impl Means<'_> {
 
 /// A deviation of velocities of which what drives may add in this time is at most [`JUDGED`].
 pub(super) fn driven_sigma(law: &Law, length: f64) -> f64 {
-    law.acceleration_max * length / (JUDGED * std::f64::consts::SQRT_2)
+    law.driven(length) / (JUDGED * std::f64::consts::SQRT_2)
 }

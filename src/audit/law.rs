@@ -50,9 +50,16 @@ pub struct Law {
     pub motion_source: Source,
     /// Acceleration that drives may add at any time, m/s^2.
     pub acceleration_max: f64,
+    /// Time between two changes by drives, s.
+    pub drive_tick: f64,
 }
 
 impl Law {
+    /// What drives may add to a velocity within this time, s, at most, m/s.
+    pub(super) fn driven(&self, length: f64) -> f64 {
+        self.acceleration_max * (length + self.drive_tick)
+    }
+
     /// What was told, nothing else.
     pub(super) fn told(options: &Options) -> Self {
         let source = |told: bool| if told { Source::Told } else { Source::Unknown };
@@ -71,6 +78,7 @@ impl Law {
             drag: options.drag.unwrap_or(0.0),
             motion_source: source(motion),
             acceleration_max: options.acceleration_max.unwrap_or(0.0),
+            drive_tick: options.drive_tick,
         }
     }
 

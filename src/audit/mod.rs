@@ -13,6 +13,8 @@
 //! It holds two sets of samples at a time, and the first ones until the law and the noise are
 //! known. It reads no file and no clock, and never changes what it is given.
 
+mod alone;
+
 mod flight;
 
 mod groups;
@@ -84,6 +86,8 @@ pub struct Options {
     pub velocity_noise: Option<f64>,
     /// What drives may add to a velocity at any time, m/s^2; `None` = nothing.
     pub acceleration_max: Option<f64>,
+    /// Drives act so often, s, and then for all of that time at once; 0 = always.
+    pub drive_tick: f64,
     /// What else may change velocities, where it is not judged.
     pub surroundings: Surroundings,
     /// What is no violation though it can be seen: of the momentum exchanged, of a restitution, of
@@ -116,6 +120,7 @@ impl Default for Options {
             position_noise: None,
             velocity_noise: None,
             acceleration_max: None,
+            drive_tick: 0.0,
             surroundings: Surroundings::default(),
             tolerance: 1e-3,
             crash_speed: None,

@@ -3,6 +3,7 @@
 //! Nothing here computes a collision; it keeps what one interval must know of the one before.
 
 use std::collections::BTreeMap;
+use std::rc::Rc;
 
 use super::findings::{Break, Collision, Findings, Impulse, Kind, Met, Violation};
 use super::flight::{self, Course, Flight, Means, Span};
@@ -34,7 +35,7 @@ const LONELY_MAX: usize = 64;
 pub(super) struct Run {
     findings: Findings,
     tolerance: f64,
-    surroundings: Surroundings,
+    surroundings: Rc<Surroundings>,
     last: Option<Frame>,
     overlaps: Overlaps,
     held: BTreeMap<(DiscId, DiscId), Held>,
@@ -66,7 +67,7 @@ impl Run {
         Self {
             findings,
             tolerance: options.tolerance,
-            surroundings: options.surroundings.clone(),
+            surroundings: Rc::new(options.surroundings.clone()),
             last: None,
             overlaps: Overlaps::default(),
             held: BTreeMap::new(),
@@ -143,12 +144,23 @@ impl Run {
             return;
         };
         let (tolerance, time) = (self.tolerance, last.seconds());
-        let court = Court { flights: &flights, span: &span, law: &law, tolerance, time };
+        let surroundings = self.surroundings.clone();
+        let court = Court {
+            flights: &flights,
+            span: &span,
+            law: &law,
+            surroundings: &surroundings,
+            tolerance,
+            time,
+        };
+        let through = flights.iter().filter_map(|flight| court.through_a_segment(flight));
+        through.for_each(|violation| self.findings.add_violation(violation));
         self.see_overlaps(&court, &found, frame.seconds());
         let mut lonely = Vec::new();
         for (group, verdict) in court.judge_all(&found) {
-            let acted = || self.surroundings.may_have_acted(&flights, &group, &span);
-            if !verdict.is_lawful() && acted() {
+            let acted = || surroundings.may_have_acted(&flights, &group, &span);
+            let is_told = verdict.is_lawful() || matches!(verdict, Verdict::AtSegment(_));
+            if !is_told && acted() {
                 self.leave(&court, &group);
             } else {
                 self.take(&court, &group, verdict, &mut lonely, listener);
@@ -233,6 +245,7 @@ impl Run {
                 self.answer(court, group);
                 self.many(&collisions, energy, listener);
             }
+            Verdict::AtSegment(collision) => self.many(&[collision], energy, listener),
             Verdict::Alone(k) => lonely.push(k),
             Verdict::Displaced => {
                 ledger.unexplained_j += energy;

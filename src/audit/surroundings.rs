@@ -1,7 +1,8 @@
 //! What else of a scene may change a velocity: segments, kickers, drives.
 //!
-//! No heading is recorded and nobody says when a robot kicks, so what happened beside a segment or
-//! at a robot that can kick, and is not as the law says of discs alone, is counted and not judged.
+//! No heading is recorded and nobody says when a robot kicks: what happened at a robot that can
+//! kick, and is not as the law says of discs alone, is counted and not judged. So is what happened
+//! to several discs beside a segment; one alone there is judged.
 //! What drives and the ground may add at any time is a bound of every change.
 //!
 //! Never call anything lawful or a violation here.
@@ -19,6 +20,8 @@ const NEAR: f64 = 0.05;
 pub struct Surroundings {
     /// Segments that discs bounce off.
     pub segments: Vec<Segment>,
+    /// With this restitution.
+    pub segment_restitution: f64,
     /// Discs that can be kicked.
     pub balls: Vec<DiscId>,
     /// Discs that kick, each with the largest gap, m, over which it does.
@@ -38,9 +41,11 @@ impl Options {
         let finite = drives.chain(ground).flatten().filter(|most| most.is_finite());
         let most = finite.fold(0.0, f64::max);
         self.acceleration_max = self.acceleration_max.or(Some(most));
+        self.drive_tick = scene.settings.pace.tick;
         let kicker = |drive: &Drive| drive.kicker.map(|kicker| kicker.reach);
         self.surroundings = Surroundings {
             segments: scene.settings.segments.map_or(vec![], |all| all.all().to_vec()),
+            segment_restitution: scene.settings.segments.map_or(1.0, |all| all.restitution),
             balls: pucks().filter(|puck| puck.ball.is_some()).map(|puck| puck.disc.id).collect(),
             kickers: pucks().filter_map(|p| Some((p.disc.id, kicker(&p.drive)?))).collect(),
         };
@@ -58,6 +63,18 @@ impl Surroundings {
             self.segments.iter().any(|segment| segment.distance(at) <= near)
         };
         group.iter().any(|&k| at_segment(&all[k]) || self.is_in_a_mouth(all, &all[k], span))
+    }
+
+    /// Whether another disc, or a kicker, may have changed the velocity of this one.
+    pub(super) fn others_may_have_acted(&self, all: &[Flight], k: usize, span: &Span) -> bool {
+        let own = &all[k];
+        let near = |other: &Flight| {
+            let way = (speed(own) + speed(other)) * span.length;
+            let reach = (1.0 + NEAR) * (own.before.radius + other.before.radius) + way;
+            own.before.position.distance(other.before.position) <= reach
+        };
+        let others = all.iter().filter(|other| other.before.id != own.before.id);
+        others.into_iter().any(near) || self.is_in_a_mouth(all, own, span)
     }
 
     /// Whether a ball was so near a robot that this may have kicked it, whatever its heading.

@@ -17,6 +17,7 @@ use super::judge::{Encounter, JUDGED, Seen, VAGUE};
 use super::law::{Law, Source};
 use super::noise::Sigma;
 use super::sequel::{Rules, Sequel, Touch};
+use super::surroundings::Surroundings;
 use crate::world::{Disc, Side, Walls};
 
 /// Part of the fastest speed that a foretold velocity may be unsure by and still prove something.
@@ -35,6 +36,8 @@ pub(super) enum Verdict {
     Collisions(Vec<Collision>),
     /// These, and a violation that is no collision.
     Violated(Vec<Collision>, Violation),
+    /// One disc met a segment, and nobody else was near.
+    AtSegment(Collision),
     /// One disc changed its velocity without a partner.
     Alone(usize),
     /// One disc is a little elsewhere than its velocities say.
@@ -60,6 +63,7 @@ impl Verdict {
     pub fn is_lawful(&self) -> bool {
         match self {
             Self::Collisions(collisions) => collisions.iter().all(|each| each.kinds.is_empty()),
+            Self::AtSegment(collision) => collision.kinds.is_empty(),
             Self::Violated(..) | Self::Alone(_) | Self::Ambiguous => false,
             // Nobody is at fault for a hair.
             Self::Displaced => true,
@@ -73,6 +77,7 @@ pub(super) struct Court<'a> {
     pub flights: &'a [Flight],
     pub span: &'a Span,
     pub law: &'a Law,
+    pub surroundings: &'a Surroundings,
     pub tolerance: f64,
     /// Of the earlier sample, s.
     pub time: f64,
@@ -186,71 +191,7 @@ impl Court<'_> {
         self.law.walls_source != Source::Unknown
     }
 
-    /// One disc: walls, or nobody.
-    fn single(&self, k: usize) -> Verdict {
-        let flight = &self.flights[k];
-        if self.law.walls.is_some()
-            && let Some(sequel) = self.follow(&[k], None)
-            && !sequel.touches.is_empty()
-            && self.agrees(&sequel, &[k])
-        {
-            return Verdict::Collisions(self.foretold(&sequel, &[k]));
-        }
-        match flight.course {
-            Course::Bent(instant) => match self.wall_hit(flight, instant) {
-                Some(collision) => Verdict::Collisions(vec![collision]),
-                None => Verdict::Alone(k),
-            },
-            _ if flight.change.length() > JUDGED * flight.sigma.of_change() => Verdict::Alone(k),
-            _ => Verdict::Displaced,
-        }
-    }
-
-    /// A hit of a wall that is not as the law says, if it is one.
-    fn wall_hit(&self, flight: &Flight, instant: f64) -> Option<Collision> {
-        let walls = self.law.walls?;
-        let at = Disc { position: self.place(flight, instant), ..flight.before };
-        let inwards = flight.change;
-        let side = [Side::Left, Side::Right, Side::Bottom, Side::Top]
-            .into_iter()
-            .find(|side| -inwards.dot(side.normal()) > 0.9 * inwards.length())?;
-        let near = JUDGED * (flight.sigma.of_rest(self.span.length) + self.law.walls_sigma)
-            + flight.before.velocity.length() * self.span.length;
-        if walls.gap(side, &at).abs() > near {
-            return None;
-        }
-        let (n, before, after) = (side.normal(), flight.before.velocity, flight.after.velocity);
-        let approach = before.dot(n);
-        let restitution = -after.dot(n) / approach;
-        let sigma = flight.sigma.of_change() / approach.abs();
-        let wrong = (restitution - walls.restitution).abs();
-        let mut kinds = Kinds::default();
-        if self.law.walls_source == Source::Told && wrong > (JUDGED * sigma).max(self.tolerance) {
-            kinds.add(Kind::Energy);
-        }
-        let square = |e: f64| 0.5 * flight.before.mass * (e * e - 1.0) * approach * approach;
-        Some(Collision {
-            time: self.time + self.span.seconds_at(instant, self.law.drag),
-            a: at.id,
-            b: Met::Wall,
-            place: at.position + n * at.radius,
-            normal: n,
-            before: [before, DVec2::ZERO],
-            approach,
-            gap: walls.gap(side, &at),
-            momentum: 0.0,
-            energy: flight.after.kinetic_energy() - flight.before.kinetic_energy(),
-            energy_law: square(walls.restitution),
-            restitution: (restitution, sigma),
-            angle: (0.0, sigma),
-            wrong,
-            window: self.span.seconds,
-            sight: Sight::Alone,
-            kinds,
-        })
-    }
-
-    fn place(&self, flight: &Flight, instant: f64) -> DVec2 {
+    pub(super) fn place(&self, flight: &Flight, instant: f64) -> DVec2 {
         let fall = flight.fall(self.law);
         flight.before.position + (flight.before.velocity + 0.5 * fall * instant) * instant
     }
@@ -358,7 +299,7 @@ impl Court<'_> {
     }
 
     /// What the law foretells; two discs may be blind for each other.
-    fn follow(&self, group: &[usize], blind: Option<(usize, usize)>) -> Option<Sequel> {
+    pub(super) fn follow(&self, group: &[usize], blind: Option<(usize, usize)>) -> Option<Sequel> {
         self.start(group).follow(self.span.length, &Rules { blind, ..self.rules() })
     }
 
@@ -371,7 +312,7 @@ impl Court<'_> {
     }
 
     /// Whether the later sample is what was foretold.
-    fn agrees(&self, sequel: &Sequel, group: &[usize]) -> bool {
+    pub(super) fn agrees(&self, sequel: &Sequel, group: &[usize]) -> bool {
         let recorded = |k: &usize| (self.flights[*k].after, self.flights[*k].sigma);
         let later: Vec<(Disc, Sigma)> = group.iter().map(recorded).collect();
         let both = sequel.discs.iter().zip(&sequel.errors).zip(&later);
@@ -382,14 +323,14 @@ impl Court<'_> {
 
     fn is_same(&self, a: (&Disc, &Sigma), b: (&Disc, &Sigma), fastest: f64) -> bool {
         let allowed = |x: f64, y: f64| JUDGED * (x + y);
-        let slack = self.tolerance * fastest + self.law.acceleration_max * self.span.length;
+        let slack = self.tolerance * fastest + self.law.driven(self.span.length);
         let speed = allowed(a.1.velocity, b.1.velocity) + slack;
         let place = allowed(a.1.position, b.1.position) + slack * self.span.length;
         a.0.velocity.distance(b.0.velocity) <= speed && a.0.position.distance(b.0.position) <= place
     }
 
     /// The collisions on the way, all lawful.
-    fn foretold(&self, sequel: &Sequel, group: &[usize]) -> Vec<Collision> {
+    pub(super) fn foretold(&self, sequel: &Sequel, group: &[usize]) -> Vec<Collision> {
         let touches = sequel.touches.iter();
         touches.map(|touch| self.foretold_one(touch, group)).collect()
     }

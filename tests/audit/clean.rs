@@ -20,7 +20,7 @@ pub fn told(restitution: f64, walls: Option<Walls>) -> Options {
     }
 }
 
-fn assert_clean(findings: &Findings, what: &str) {
+pub fn assert_clean(findings: &Findings, what: &str) {
     let worst = findings.worst.first();
     assert_eq!(findings.violations_in_all(), 0, "{what}: {worst:?}");
 }
@@ -185,85 +185,5 @@ fn the_shipped_scenes_have_no_violation() {
         };
         let (findings, _) = audited(frames, &options);
         assert_clean(&findings, name);
-    }
-}
-
-/// Whether no robot is within a quarter of a metre of the ball.
-fn is_free(world: &carom::world::World, ball: u32) -> bool {
-    let pucks = || world.arena().expect("pucks").discs(carom::world::Owner::Simulated);
-    let own = pucks().find(|disc| disc.id == ball).expect("a ball");
-    let gap = |disc: &Disc| disc.position.distance(own.position) - disc.radius - own.radius;
-    pucks().all(|disc| disc.id == ball || gap(&disc) > 0.25)
-}
-
-/// A league's game: robots drive, a ball slows down, goals are no box.
-#[test]
-fn a_league_game_has_no_violation() {
-    use carom::world::{Command, Frame as In, Instants, Owner, Wanted};
-    for name in ["ssl-a", "ssl-b", "vsss-3v3", "vsss-5v5"] {
-        let scene = carom::scene::Scene::load(name).expect("shipped");
-        let mut world = scene.world();
-        let mut frames = Vec::new();
-        let ball = scene.pucks.iter().find(|puck| puck.ball.is_some()).expect("a ball").disc.id;
-        let half = 0.4 * scene.field.expect("a field").length;
-        for k in 0..1_800u32 {
-            let mut commands = Vec::new();
-            // Commands are over after a tenth of a second.
-            if k % 5 == 0 {
-                for (place, puck) in scene.pucks.iter().filter(|puck| puck.driven).enumerate() {
-                    let angle = 2.4 * (place as f64 + f64::from(k / 60));
-                    let wanted = Wanted {
-                        linear: DVec2::from_angle(angle) * half,
-                        angular: 1.0,
-                        frame: In::Arena,
-                    };
-                    commands.push(Command::Drive { id: puck.disc.id, wanted });
-                }
-            }
-            // A hand that takes the ball off a robot is neither a drive nor a kicker.
-            if k % 60 == 0 && is_free(&world, ball) {
-                let velocity = DVec2::from_angle(1.9 * f64::from(k / 60)) * 2.0;
-                commands.push(Command::SetVelocity { id: ball, velocity });
-            }
-            let advance_to = f64::from(k) / 60.0;
-            let outcome = world.step(&commands, Instants { heard_at: 0.0, advance_to });
-            assert!(outcome.stall.is_none() && outcome.not_done.is_empty());
-            let discs = world.arena().expect("pucks").discs(Owner::Simulated).collect();
-            frames.push(carom::audit::Frame { time_ns: (1e9 * advance_to).round() as i64, discs });
-        }
-        let contacts = world.arena().expect("pucks").contacts();
-        assert!(contacts > 30, "{name}: {contacts}");
-        let Settings { restitution, walls, .. } = scene.settings;
-        let mut options = told(restitution, walls);
-        options.take_surroundings(&scene);
-        let (findings, collisions) = audited(frames, &options);
-        assert_clean(&findings, name);
-        assert!(!collisions.is_empty(), "{name}: {:?}", findings.counts);
-    }
-}
-
-/// A collision that loses too much is found in the open, and not judged beside a segment.
-#[test]
-fn beside_a_segment_only_what_the_law_of_discs_explains_is_judged() {
-    use crate::recordings::{Engine, Spoil};
-    use carom::audit::surroundings::Surroundings;
-    use carom::world::Segment;
-    let discs = vec![
-        disc(0, [-0.5, 0.02], [1.0, 0.0], 0.1, 1.0),
-        disc(1, [0.5, 0.0], [-1.0, 0.0], 0.1, 2.0),
-    ];
-    for (spoil, y, wanted) in [
-        (Some(Spoil::Energy), 5.0, (1, 0)),
-        (Some(Spoil::Energy), 0.11, (0, 1)),
-        (None, 0.11, (0, 0)),
-    ] {
-        let mut engine = Engine::new(discs.clone(), 0.9, None);
-        let (frames, _) = engine.record(60.0, 60, spoil, |_, _, _, _| true);
-        let (from, to) = (DVec2::new(-9.0, y), DVec2::new(9.0, y));
-        let segments = vec![Segment { from, to }];
-        let surroundings = Surroundings { segments, ..Surroundings::default() };
-        let (findings, _) = audited(frames, &Options { surroundings, ..told(0.9, None) });
-        let found = (findings.violations_in_all(), findings.counts.beside);
-        assert_eq!(found, wanted, "{spoil:?} {y} {:?}", findings.violations);
     }
 }
