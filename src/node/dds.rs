@@ -10,7 +10,7 @@ use std::cell::Cell;
 use std::collections::HashMap;
 use std::net::Ipv4Addr;
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use futures::Stream;
 use ros2_client::action::ActionServerQosPolicies;
@@ -28,7 +28,6 @@ use rustdds::{
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::farewell;
 use super::names::{BadName, Names};
 use super::parameters::services::ParameterEvent;
 use super::peers::Peers;
@@ -37,6 +36,7 @@ use super::recorder::{Recorder, Tap};
 use super::rosout::Log;
 use super::service::{RosService, Service};
 use super::simulation::wire::{StepsFeedback, StepsGoal, StepsResult};
+use super::{farewell, prompt};
 use crate::bag::qos::Qos;
 use crate::messages::{
     CircleStates, CircleVelocities, Clock, Contacts, Crashes, DiagnosticArray, ErrorReport,
@@ -220,6 +220,14 @@ impl Ros {
     /// Who else there is.
     pub fn peers(&self) -> &Peers {
         &self.peers
+    }
+
+    /// Asks again for the first requests of callers that are due.
+    pub fn prompt(&self, now: Instant) {
+        let participant = (self.node.domain_id(), self.participant.participant_id());
+        for (reader, writer) in self.peers.callers(now) {
+            prompt::send(reader, writer, participant);
+        }
     }
 
     /// Whatever is opened from now on is recorded.

@@ -12,12 +12,19 @@ const PORT_BASE: u16 = 7400;
 const PORTS_PER_DOMAIN: u16 = 250;
 const UNICAST_OFFSET: u16 = 10;
 const UNICAST_STEP: u16 = 2;
+const USER_OFFSET: u16 = 11;
 
 /// Participants on this host that are told one by one, as RustDDS does in discovery.
 pub const PARTICIPANTS_TOLD: u16 = 12;
 
 /// Later than any announcement the participant can have sent.
 const SEQUENCE_NUMBER: u32 = 1 << 30;
+
+/// The port at which a participant hears what is not discovery, if there is one.
+pub fn user_port(domain_id: u16, participant_id: u16) -> Option<u16> {
+    let own = USER_OFFSET.checked_add(UNICAST_STEP.checked_mul(participant_id)?)?;
+    PORTS_PER_DOMAIN.checked_mul(domain_id)?.checked_add(PORT_BASE)?.checked_add(own)
+}
 
 /// Tells the domain that the participant with this GUID is gone. Send it after its threads ended.
 pub fn send(participant_guid: [u8; 16], domain_id: u16, multicast: bool) {

@@ -4,7 +4,7 @@
 //! | file | holds |
 //! |---|---|
 //! | `arguments`, `names`, `start` | what command line and environment say; names in the graph |
-//! | `dds`, `peers`, `service`, `farewell` | the door to ROS 2 |
+//! | `dds`, `peers`, `service`, `prompt`, `farewell` | the door to ROS 2 |
 //! | `inputs` | all that arrives, as one stream |
 //! | `runner` | the loop: it steps the stage, at once for a message and at every tick |
 //! | [`wire`] | teams' own software, on their leagues' protocols |
@@ -31,6 +31,7 @@ mod pace;
 mod parameters;
 mod parts;
 mod peers;
+mod prompt;
 mod raw;
 pub mod record;
 pub mod recorder;

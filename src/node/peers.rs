@@ -1,4 +1,5 @@
-//! Peers: who hears the node's publishers, and who takes its topics for something else.
+//! Peers: who hears the node's publishers, who calls its services, and who takes its topics for
+//! something else.
 //!
 //! Learnt from the participant's status events. Types matter here because RustDDS 0.15.1 matches
 //! writers to readers by the name of the topic alone: bytes of another type may well decode, as
@@ -7,10 +8,12 @@
 
 use std::cell::RefCell;
 use std::collections::{HashMap, HashSet};
+use std::future::poll_fn;
 use std::rc::Rc;
 use std::thread;
 use std::time::{Duration, Instant};
 
+use futures::StreamExt;
 use ros2_client::Gid;
 use rustdds::{
     DomainParticipantStatusEvent, DomainParticipantStatusListener, EndpointDescription, GUID,
@@ -24,8 +27,14 @@ const EVENTS_MAX: usize = 2_000;
 /// once of endpoints that are new, which Fast DDS then loses for ever.
 const ANSWERED_AFTER: Duration = Duration::from_millis(30);
 
-/// Endpoints of other types that are remembered.
+/// Endpoints of other types, and callers, that are remembered.
 const STRANGERS_MAX: usize = 1_000;
+
+/// When a caller's own first HEARTBEAT has come: Fast DDS sends it after 12 ms.
+const PROMPTED_AFTER: Duration = Duration::from_millis(25);
+
+/// Names in DDS of what services are asked begin so.
+const REQUESTS: &str = "rq/";
 
 /// Everybody else, as far as it concerns this node; clones are the same.
 #[derive(Clone)]
@@ -42,6 +51,11 @@ struct Known {
     strangers: HashMap<GUID, String>,
     /// Subscribers of other types.
     deaf: HashSet<GUID>,
+    /// Writers of requests.
+    callers: HashSet<GUID>,
+    /// Those that a service has come to know, and when to [prompt](super::prompt) them: reader and
+    /// writer.
+    unprompted: Vec<(Instant, GUID, GUID)>,
     /// When the last participant was seen to have come.
     newcomer_at: Option<Instant>,
     /// All that was told of them, and what is still to be told.
@@ -59,6 +73,8 @@ impl Peers {
             types: HashMap::new(),
             strangers: HashMap::new(),
             deaf: HashSet::new(),
+            callers: HashSet::new(),
+            unprompted: Vec::new(),
             newcomer_at: None,
             told: HashSet::new(),
             news: Vec::new(),
@@ -74,6 +90,28 @@ impl Peers {
     /// Takes note of who came and went; to be called now and then, or events are dropped.
     pub fn update(&self) {
         self.0.borrow_mut().update();
+    }
+
+    /// Ends when something was heard of others.
+    pub async fn change(&self) {
+        poll_fn(|context| {
+            let known = &mut *self.0.borrow_mut();
+            let event = known.status.as_async_status_stream().poll_next_unpin(context);
+            event.map(|event| event.into_iter().for_each(|event| known.note(event)))
+        })
+        .await;
+    }
+
+    /// When a caller is to be prompted.
+    pub fn due(&self) -> Option<Instant> {
+        self.0.borrow().unprompted.iter().map(|(due, ..)| *due).min()
+    }
+
+    /// The callers that are to be prompted now: the service's reader and their writer.
+    pub fn callers(&self, now: Instant) -> Vec<(GUID, GUID)> {
+        let unprompted = &mut self.0.borrow_mut().unprompted;
+        let due = unprompted.extract_if(.., |(due, ..)| *due <= now);
+        due.map(|(_, reader, writer)| (reader, writer)).collect()
     }
 
     /// Whether somebody hears a publisher, as of the last update.
@@ -134,13 +172,29 @@ impl Known {
             Event::WriterDetected { writer } if self.is_other(&writer, "publishes") => {
                 self.strangers.insert(writer.guid, writer.topic_name);
             }
+            Event::WriterDetected { writer }
+                if writer.topic_name.starts_with(REQUESTS)
+                    && self.callers.len() < STRANGERS_MAX =>
+            {
+                self.callers.insert(writer.guid);
+            }
+            Event::RemoteWriterMatched { local_reader, remote_writer }
+                if self.callers.contains(&remote_writer) =>
+            {
+                let due = Instant::now() + PROMPTED_AFTER;
+                self.unprompted.push((due, local_reader, remote_writer));
+            }
             Event::ReaderDetected { reader } if self.is_other(&reader, "reads") => {
                 self.deaf.insert(reader.guid);
             }
-            Event::WriterLost { guid, .. } => drop(self.strangers.remove(&guid)),
+            Event::WriterLost { guid, .. } => {
+                self.strangers.remove(&guid);
+                self.callers.remove(&guid);
+            }
             Event::ParticipantLost { id, .. } => {
                 self.forget(|reader| reader.prefix == id);
                 self.strangers.retain(|writer, _| writer.prefix != id);
+                self.callers.retain(|writer| writer.prefix != id);
             }
             _ => {}
         }

@@ -159,12 +159,14 @@ impl<'a> Runner<'a> {
                 () = stop.asked() => break,
                 _ = status.tick() => self.status.write(self.stage.world().arena(), Instant::now()),
                 Some(input) = self.inputs.next() => self.handle(input),
+                () = self.ros.peers().change() => {}
                 _ = clock.tick(), if self.stands_still() => self.tell_time(),
                 () = wake_at(wake) => {}
             }
             let now = Instant::now();
             self.tick_if_due(now);
             self.report_if_due(now);
+            self.ros.prompt(now);
             self.outputs.send_waiting(now, &mut self.complaints);
             self.rosout.tell(&mut self.complaints);
             self.recorder.iter().for_each(Recorder::hand_over);
@@ -209,7 +211,7 @@ impl<'a> Runner<'a> {
                 now + Duration::from_secs_f64(left)
             }
         };
-        let wake = wake.min(self.live.due());
+        let wake = wake.min(self.live.due()).min(self.ros.peers().due().unwrap_or(wake));
         self.outputs.due().map_or(wake, |due| wake.min(due))
     }
 
