@@ -222,10 +222,10 @@ impl Ros {
         &self.peers
     }
 
-    /// Asks again for the first requests of callers that are due.
+    /// Asks again for the first message of writers that have come.
     pub fn prompt(&self, now: Instant) {
         let participant = (self.node.domain_id(), self.participant.participant_id());
-        for (reader, writer) in self.peers.callers(now) {
+        for (reader, writer) in self.peers.unprompted(now) {
             prompt::send(reader, writer, participant);
         }
     }

@@ -1,4 +1,4 @@
-//! Peers: who hears the node's publishers, who calls its services, and who takes its topics for
+//! Peers: who hears the node's publishers, who begins to speak to it, and who takes its topics for
 //! something else.
 //!
 //! Learnt from the participant's status events. Types matter here because RustDDS 0.15.1 matches
@@ -27,14 +27,14 @@ const EVENTS_MAX: usize = 2_000;
 /// once of endpoints that are new, which Fast DDS then loses for ever.
 const ANSWERED_AFTER: Duration = Duration::from_millis(30);
 
-/// Endpoints of other types, and callers, that are remembered.
+/// Endpoints of other types, and writers to be prompted, that are remembered.
 const STRANGERS_MAX: usize = 1_000;
 
-/// When a caller's own first HEARTBEAT has come: Fast DDS sends it after 12 ms.
+/// When a writer's own first HEARTBEAT has come: Fast DDS sends it after 12 ms.
 const PROMPTED_AFTER: Duration = Duration::from_millis(25);
 
-/// Names in DDS of what services are asked begin so.
-const REQUESTS: &str = "rq/";
+/// GUIDs of Fast DDS begin with its vendor id.
+const FAST_DDS: [u8; 2] = [1, 15];
 
 /// Everybody else, as far as it concerns this node; clones are the same.
 #[derive(Clone)]
@@ -51,10 +51,7 @@ struct Known {
     strangers: HashMap<GUID, String>,
     /// Subscribers of other types.
     deaf: HashSet<GUID>,
-    /// Writers of requests.
-    callers: HashSet<GUID>,
-    /// Those that a service has come to know, and when to [prompt](super::prompt) them: reader and
-    /// writer.
+    /// When to [prompt](super::prompt) whom that a reader has come to know: reader and writer.
     unprompted: Vec<(Instant, GUID, GUID)>,
     /// When the last participant was seen to have come.
     newcomer_at: Option<Instant>,
@@ -73,7 +70,6 @@ impl Peers {
             types: HashMap::new(),
             strangers: HashMap::new(),
             deaf: HashSet::new(),
-            callers: HashSet::new(),
             unprompted: Vec::new(),
             newcomer_at: None,
             told: HashSet::new(),
@@ -102,13 +98,13 @@ impl Peers {
         .await;
     }
 
-    /// When a caller is to be prompted.
+    /// When a writer is to be prompted.
     pub fn due(&self) -> Option<Instant> {
         self.0.borrow().unprompted.iter().map(|(due, ..)| *due).min()
     }
 
-    /// The callers that are to be prompted now: the service's reader and their writer.
-    pub fn callers(&self, now: Instant) -> Vec<(GUID, GUID)> {
+    /// Whom to prompt now: a reader of ours and the writer.
+    pub fn unprompted(&self, now: Instant) -> Vec<(GUID, GUID)> {
         let unprompted = &mut self.0.borrow_mut().unprompted;
         let due = unprompted.extract_if(.., |(due, ..)| *due <= now);
         due.map(|(_, reader, writer)| (reader, writer)).collect()
@@ -172,14 +168,9 @@ impl Known {
             Event::WriterDetected { writer } if self.is_other(&writer, "publishes") => {
                 self.strangers.insert(writer.guid, writer.topic_name);
             }
-            Event::WriterDetected { writer }
-                if writer.topic_name.starts_with(REQUESTS)
-                    && self.callers.len() < STRANGERS_MAX =>
-            {
-                self.callers.insert(writer.guid);
-            }
             Event::RemoteWriterMatched { local_reader, remote_writer }
-                if self.callers.contains(&remote_writer) =>
+                if remote_writer.to_bytes().starts_with(&FAST_DDS)
+                    && self.unprompted.len() < STRANGERS_MAX =>
             {
                 let due = Instant::now() + PROMPTED_AFTER;
                 self.unprompted.push((due, local_reader, remote_writer));
@@ -187,14 +178,10 @@ impl Known {
             Event::ReaderDetected { reader } if self.is_other(&reader, "reads") => {
                 self.deaf.insert(reader.guid);
             }
-            Event::WriterLost { guid, .. } => {
-                self.strangers.remove(&guid);
-                self.callers.remove(&guid);
-            }
+            Event::WriterLost { guid, .. } => drop(self.strangers.remove(&guid)),
             Event::ParticipantLost { id, .. } => {
                 self.forget(|reader| reader.prefix == id);
                 self.strangers.retain(|writer, _| writer.prefix != id);
-                self.callers.retain(|writer| writer.prefix != id);
             }
             _ => {}
         }

@@ -1,11 +1,12 @@
-//! The first request of a caller, which it may have sent before this node knew the caller.
+//! The first message of a writer, which it may have sent before this node knew the writer: the
+//! request of `ros2 service call`. (Of the topics nobody asks again: their readers are best effort.)
 //!
 //! RustDDS 0.15.1 drops what an unknown writer sends and then asks for it by an ACKNACK with the
-//! count 0, which Fast DDS passes over; the request came 3 s later, at the caller's next HEARTBEAT.
-//! This packet is a HEARTBEAT in the caller's name, to ourselves: there is a first message. RustDDS
-//! then asks the caller for it with the next count, if it has none. One that has heard a HEARTBEAT
-//! of the caller itself passes over this one.
-//! It must never fail the caller: the request then comes when it came before.
+//! count 0, which Fast DDS passes over; the message came 3 s later, at the writer's next HEARTBEAT,
+//! if it still was there. This packet is a HEARTBEAT in the writer's name, to ourselves: there is a
+//! first message. RustDDS then asks for it with the next count, if it has none. A reader that has
+//! heard a HEARTBEAT of the writer itself passes over this one.
+//! It must never fail the caller: the message then comes when it came before.
 
 use std::net::{Ipv4Addr, UdpSocket};
 
