@@ -250,9 +250,8 @@ impl<'a> Runner<'a> {
                 break;
             }
             if let Some(wire) = &mut self.wire {
-                wire.look(&mut self.stage, &mut self.complaints);
+                wire.look(&self.stage, &mut self.complaints);
             }
-            self.write_journal();
         }
     }
 

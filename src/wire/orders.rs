@@ -67,8 +67,8 @@ impl Order {
         });
         let drive = wanted.map(|wanted| Command::Drive { id, wanted });
         let dribble = self.dribble.map(|on| Command::Dribble { id, on });
-        let kick = self.kick.filter(|kick| kick.speed > 0.0);
-        let kick = kick.map(|kick| Command::Kick { id, speed: specs.along_the_ground(kick) });
+        let kick = |kick| Command::Kick { id, speed: specs.along_the_ground(kick) };
+        let kick = self.kick.map(kick);
         [drive, dribble, kick].into_iter().flatten().collect()
     }
 }

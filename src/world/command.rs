@@ -28,12 +28,14 @@ pub enum Command {
         /// Where to.
         wanted: Wanted,
     },
-    /// A robot kicks along its heading, if a ball is in the mouth of its [kicker](super::Kicker) at
-    /// this instant; or else nothing happens.
+    /// A robot kicks along its heading as soon as a ball is in the mouth of its
+    /// [kicker](super::Kicker): at this instant, or at the first control tick at which one is. It
+    /// waits until then, or until another command to kick, or the command time-out.
     Kick {
         /// The robot.
         id: DiscId,
-        /// Speed of the ball along the heading, m/s, 0 or more; above what the kicker can, that.
+        /// Speed of the ball along the heading, m/s; above what the kicker can, that. 0 = it kicks
+        /// no more.
         speed: f64,
     },
     /// The dribbler of a robot runs from now on, or does not. A command time-out stops it.

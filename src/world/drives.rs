@@ -9,13 +9,15 @@
 //! **Kicker and dribbler.** A ball is in the mouth of a robot when it is seen from the robot's
 //! centre within [`Kicker::half_angle`] of the heading and the gap between the two is
 //! [`Kicker::reach`] at most. A kick there gives the ball the speed that is asked for along the
-//! heading, whatever speed it had; across the heading, and in its spin, nothing changes. A dribbler
-//! that is on has the nearest ball in its mouth at every tick: it gets the velocity that brings it
-//! to the front of the robot, [`HOLD_GAP_M`] from it, as soon as it can stop there, and then keeps
-//! it there while the robot drives and turns, with no larger acceleration than [`Kicker::grip`];
-//! one that lags behind so far that it leaves the mouth is lost. A held ball rolls
-//! when it is let go. After a kick the dribbler lets a ball go until none is in the mouth. Neither
-//! conserves momentum: the robot's wheels pass the recoil on to the floor.
+//! heading, whatever speed it had; across the heading, and in its spin, nothing changes. A robot
+//! told to kick without a ball there waits for one: it kicks at the first tick at which one is in
+//! its mouth, unless it is told not to, or the command is too old, before that. A dribbler that is
+//! on has the nearest ball in its mouth at every tick: it gets the velocity that brings it to the
+//! front of the robot, [`HOLD_GAP_M`] from it, as soon as it can stop there, and then keeps it
+//! there while the robot drives and turns, with no larger acceleration than [`Kicker::grip`]; one
+//! that lags behind so far that it leaves the mouth is lost. A held ball rolls when it is let go.
+//! After a kick the dribbler lets a ball go until none is in the mouth. Neither conserves momentum:
+//! the robot's wheels pass the recoil on to the floor.
 
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
@@ -134,8 +136,18 @@ struct Robot {
     /// Simulated time of the last command, s; infinite once it was too long ago.
     commanded_at: f64,
     dribbles: bool,
+    armed: Option<Armed>,
     /// It has kicked, and the ball may still be in its mouth.
     has_kicked: bool,
+}
+
+/// A kick that waits for a ball.
+#[derive(Clone, Copy, Debug)]
+struct Armed {
+    /// Along the heading, m/s.
+    speed: f64,
+    /// Simulated time of its command, s.
+    since: f64,
 }
 
 /// All driven pucks, and the balls.
@@ -161,8 +173,17 @@ impl Drives {
     pub fn add(&mut self, id: DiscId, drive: Drive) {
         let pose = Pose { heading: drive.heading, turn: 0.0 };
         let (wanted, commanded_at) = (Wanted::default(), f64::INFINITY);
-        let (dribbles, has_kicked) = (false, false);
-        self.robots.push(Robot { id, drive, pose, wanted, commanded_at, dribbles, has_kicked });
+        let (dribbles, armed, has_kicked) = (false, None, false);
+        self.robots.push(Robot {
+            id,
+            drive,
+            pose,
+            wanted,
+            commanded_at,
+            dribbles,
+            armed,
+            has_kicked,
+        });
     }
 
     /// A puck is a ball from now on; returns the velocity that it has until the next tick.
@@ -241,8 +262,8 @@ impl Drives {
         near.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, ball)| ball)
     }
 
-    /// Kicks, with a speed (m/s) along the heading: the ball that goes, and its velocity until the
-    /// next tick. `None` = no ball is there, or no kicker.
+    /// Kicks with a speed (m/s) along the heading, now or as soon as a ball is there; 0 = not any
+    /// more. The ball that goes now, and its velocity until the next tick.
     pub fn kick(
         &mut self,
         id: DiscId,
@@ -250,15 +271,45 @@ impl Drives {
         discs: &[Disc],
         now: f64,
     ) -> Option<(DiscId, DVec2)> {
-        let ball = self.in_mouth(id, discs)?;
-        let motion = self.motion(&ball, now)?;
         let robot = self.robots.iter_mut().find(|robot| robot.id == id)?;
-        let heading = direction(robot.pose.heading);
-        let speed = speed.min(robot.drive.kicker?.speed_max);
+        robot.armed = (speed > 0.0).then_some(Armed { speed, since: now });
+        let ball = self.in_mouth(id, discs)?;
+        self.fire(id, &ball, now)
+    }
+
+    /// The speed of the kick with which a robot waits for a ball, m/s.
+    pub fn armed(&self, id: DiscId) -> Option<f64> {
+        let robot = self.robots.iter().find(|robot| robot.id == id)?;
+        robot.armed.map(|armed| armed.speed)
+    }
+
+    /// An armed robot kicks a ball in its mouth: which, and its velocity until the next tick.
+    fn fire(&mut self, id: DiscId, ball: &Disc, now: f64) -> Option<(DiscId, DVec2)> {
+        let motion = self.motion(ball, now)?;
+        let robot = self.robots.iter_mut().find(|robot| robot.id == id)?;
+        let speed = robot.armed.take()?.speed.min(robot.drive.kicker?.speed_max);
         robot.has_kicked = true;
+        let heading = direction(robot.pose.heading);
         let change = heading * (speed - motion.velocity.dot(heading));
         let motion = BallMotion { velocity: motion.velocity + change, ..motion };
-        Some((ball.id, self.move_ball(&ball, motion, now)?))
+        Some((ball.id, self.move_ball(ball, motion, now)?))
+    }
+
+    /// All that wait and have a ball now kick it, each ball once: the balls that go.
+    fn fire_all(&mut self, discs: &[Disc], now: f64) -> Vec<(DiscId, DVec2)> {
+        let mut gone: Vec<(DiscId, DVec2)> = Vec::new();
+        for k in 0..self.robots.len() {
+            let Robot { id, armed: Some(armed), .. } = self.robots[k] else { continue };
+            if self.timeout > 0.0 && now - armed.since > self.timeout {
+                self.robots[k].armed = None;
+                continue;
+            }
+            let Some(ball) = self.in_mouth(id, discs) else { continue };
+            if gone.iter().all(|(other, _)| *other != ball.id) {
+                gone.extend(self.fire(id, &ball, now));
+            }
+        }
+        gone
     }
 
     /// Takes a command; the velocity to be set at once, if the model is told its velocity.
@@ -302,6 +353,7 @@ impl Drives {
     pub fn follow(&mut self, now: f64, discs: &[Disc]) -> Vec<(DiscId, DVec2)> {
         self.next += 1;
         let next = self.next as f64 * self.tick;
+        let kicked = self.fire_all(discs, now);
         let held = self.held(discs);
         let (tick, timeout) = (self.tick, self.timeout);
         let mut changed = Vec::new();
@@ -328,10 +380,12 @@ impl Drives {
         }
         for ball in &mut self.balls {
             let Some(disc) = discs.iter().find(|disc| disc.id == ball.id) else { continue };
+            let kicked = kicked.iter().find(|(id, _)| *id == ball.id);
             let holder = held.iter().zip(&fronts).find(|(held, _)| held.ball.id == ball.id);
-            let velocity = match holder {
-                Some((held, front)) => ball.hold(disc, front, held.grip, now, next),
-                None => ball.follow(disc, now, next),
+            let velocity = match (kicked, holder) {
+                (Some((_, velocity)), _) => *velocity,
+                (None, Some((held, front))) => ball.hold(disc, front, held.grip, now, next),
+                (None, None) => ball.follow(disc, now, next),
             };
             change(disc, velocity);
         }

@@ -187,6 +187,11 @@ impl World {
         discs.is_some_and(|discs: Vec<Disc>| self.drives.in_mouth(id, &discs).is_some())
     }
 
+    /// The speed of the kick with which a robot waits for a ball, m/s.
+    pub fn armed(&self, id: DiscId) -> Option<f64> {
+        self.drives.armed(id)
+    }
+
     /// What a driven puck can.
     pub fn drive_of(&self, id: DiscId) -> Option<Drive> {
         self.drives.drive(id)

@@ -127,12 +127,13 @@ fn errors_of_fields_and_robots_name_their_place() {
 }
 
 /// Commands of a game: of each team one runs for the ball, dribbles it, and kicks what it has; the
-/// others run about. A ball that leaves the field is put back.
+/// others run about. A ball that leaves the field is put back, and at times it is shot at a goal.
 struct Players {
     random: Random,
     /// The robots of both teams, and where each of them wants to go.
     teams: [Vec<(u32, DVec2)>; 2],
     ball: u32,
+    periods: u32,
 }
 
 impl Players {
@@ -143,6 +144,13 @@ impl Players {
         let mut commands = Vec::new();
         if ball.x.abs() > 6.0 && ball.y.abs() > 1.0 || ball.y.abs() > 4.5 {
             let (position, velocity) = (self.random.vector(4.0), self.random.vector(1.0));
+            commands.push(Command::PlacePuck { id: self.ball, position, velocity });
+        }
+        self.periods += 1;
+        if self.periods.is_multiple_of(120) {
+            let side = if self.random.below(2) == 0 { 1.0 } else { -1.0 };
+            let position = DVec2::new(5.2 * side, self.random.uniform(-1.0, 1.0));
+            let velocity = DVec2::X * (5.0 * side);
             commands.push(Command::PlacePuck { id: self.ball, position, velocity });
         }
         for team in &mut self.teams {
@@ -205,7 +213,7 @@ fn a_game_of_twenty_two_robots_obeys_the_law_for_a_minute() {
         let robots = scene.pucks.iter().filter(of_team);
         robots.map(|puck| (puck.disc.id, puck.disc.position)).collect()
     });
-    let mut players = Players { random: Random::new(22), teams, ball };
+    let mut players = Players { random: Random::new(22), teams, ball, periods: 0 };
     let (mut pairs, mut at_goals, mut kicked, mut together, mut time) = (0, 0, 0, 0, 0.0);
     let (restitution, wall) = (scene.settings.restitution, 0.5);
     for period in 1..=3_600u32 {

@@ -261,14 +261,18 @@ def kicks(game):
     assert codes == ["CAROM_CHIP_STAYS_ON_GROUND"]
     frame = game.until(lambda frame: frame.balls[0].pos.x > 0.2, "chipped")
     assert 1.5 < frame.balls[0].vel.x <= 2.0
-    # A kick waits for the ball.
+    # A kick waits for the ball, which is at the kicker for less than a frame.
     game.clear()
     robot = game.place(2, x=0.0, y=0.0, orientation=0.0)
-    away, comes = ssl.TeleportBall(x=1.0), ssl.TeleportBall(x=0.112, vx=0.0, vy=0.0)
-    assert game.control_codes(teleport_robot=[robot], teleport_ball=away) == []
-    game.blue.ask(control(command(2, kick_speed=2.0)))
-    assert game.control_codes(teleport_ball=comes) == []
-    game.until(lambda frame: frame.balls[0].vel.x > 1.5, "kicked as soon as it came")
+    comes = ssl.TeleportBall(x=0.25, y=0.0, vx=-3.0, vy=0.0)
+    for number in range(5):
+        assert game.control_codes(simulation_speed=0.0) == []
+        assert game.control_codes(teleport_robot=[robot], teleport_ball=comes) == []
+        assert not game.blue.ask(
+            control(command(2, kick_speed=2.8))).feedback[0].dribbler_ball_contact
+        assert game.control_codes(simulation_speed=1.0) == []
+        frame = game.until(lambda frame: frame.balls[0].vel.x > 0.0, "it comes back")
+        assert 2.5 < frame.balls[0].vel.x < 2.81, f"{number}: not kicked: {frame.balls[0]}"
 
 
 def dribbling(game):

@@ -273,10 +273,9 @@ impl Wire {
     }
 
     /// Takes a frame, if it is time for one, and sends what is due.
-    pub fn look(&mut self, stage: &mut Stage, complaints: &mut Complaints) {
+    pub fn look(&mut self, stage: &Stage, complaints: &mut Complaints) {
         let Some(now) = stage.world().arena().map(|arena| arena.now()) else { return };
         if now >= self.next_frame() {
-            self.book.kick(stage);
             let view = self.book.view(stage);
             self.frame(&view, stage);
             self.next = (now * self.options.rate_hz).floor() as u64 + 1;

@@ -10,7 +10,7 @@ use glam::DVec2;
 use crate::node::stage::Stage;
 use crate::scene::Puck;
 use crate::wire::field::Field;
-use crate::wire::orders::{Kick, Order, Orders, PlaceBall, PlaceRobot};
+use crate::wire::orders::{Orders, PlaceBall, PlaceRobot};
 use crate::wire::specs::{Specs, SpecsChange};
 use crate::wire::{Code, Faults, RobotName, Seen, View};
 use crate::world::{Command, Disc, NotDone, Pose};
@@ -20,14 +20,12 @@ use crate::world::{Command, Disc, NotDone, Pose};
 pub struct Book {
     field: Field,
     specs: BTreeMap<RobotName, Specs>,
-    /// Kicks that wait for the ball.
-    armed: BTreeMap<RobotName, Kick>,
 }
 
 impl Book {
     /// Nothing beyond the league.
     pub fn new(field: Field) -> Self {
-        Self { field, specs: BTreeMap::new(), armed: BTreeMap::new() }
+        Self { field, specs: BTreeMap::new() }
     }
 
     fn specs(&self, name: RobotName) -> Specs {
@@ -46,47 +44,18 @@ impl Book {
 
     /// Gives robots their orders.
     pub fn order(&mut self, stage: &mut Stage, orders: &Orders, faults: &mut Faults) {
-        for (name, order) in orders.iter() {
+        for (name, mut order) in orders.iter() {
             let Some((id, radius)) = robot(stage, name).map(|it| (it.disc.id, it.disc.radius))
             else {
                 faults.add(Code::Unknown, format!("there is no robot {name}"));
                 continue;
             };
-            self.arm(stage, name, &order);
+            // Teams say in each command that they do not kick: that need not be asked.
+            let waits = stage.world().armed(id).is_some();
+            order.kick = order.kick.filter(|kick| kick.speed > 0.0 || waits);
             for command in order.commands(id, radius, &self.specs(name)) {
                 let done = stage.ask(command);
                 report(faults, name, done);
-            }
-        }
-    }
-
-    /// A kick waits for the ball until it has it, or is taken back.
-    fn arm(&mut self, stage: &Stage, name: RobotName, order: &Order) {
-        let Some(kick) = order.kick else { return };
-        self.armed.remove(&name);
-        if kick.speed > 0.0 && !self.has_ball(stage, name) {
-            self.armed.insert(name, kick);
-        }
-    }
-
-    /// Kicks of those that have the ball by now.
-    pub fn kick(&mut self, stage: &mut Stage) {
-        if self.armed.is_empty() {
-            return;
-        }
-        for (name, kick) in std::mem::take(&mut self.armed) {
-            let Some((id, radius)) = robot(stage, name).map(|it| (it.disc.id, it.disc.radius))
-            else {
-                continue;
-            };
-            if !stage.world().has_ball(id) {
-                self.armed.insert(name, kick);
-                continue;
-            }
-            let order = Order { kick: Some(kick), ..Order::default() };
-            for command in order.commands(id, radius, &self.specs(name)) {
-                // It was driven when it was armed; one that is not kicks no more.
-                let _ = stage.ask(command);
             }
         }
     }
