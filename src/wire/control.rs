@@ -7,7 +7,7 @@
 use glam::DVec2;
 use prost::Message;
 
-use super::fault::{Code, Fault, Faults, optional};
+use super::fault::{Code, Fault, Faults, numbered, optional};
 use super::orders::{PlaceBall, PlaceRobot};
 use super::proto::simulation::{
     RealismConfig, RealismConfigErForce, SimulatorCommand, SimulatorConfig, SimulatorControl,
@@ -123,12 +123,7 @@ pub fn name(what: &str, id: Option<RobotId>) -> Result<RobotName, Fault> {
             return Err(Fault::new(Code::Unknown, what));
         }
     };
-    if number >= limits::ROBOTS_PER_TEAM {
-        let most = limits::ROBOTS_PER_TEAM - 1;
-        let what = format!("{what}: robot {number}: must be 0 to {most}");
-        return Err(Fault::new(Code::Unknown, what));
-    }
-    Ok(RobotName { team, number })
+    numbered(RobotName { team, number })
 }
 
 fn place_robot(robot: &TeleportRobot, faults: &mut Faults) -> Option<PlaceRobot> {
@@ -162,13 +157,8 @@ fn place_ball(ball: &TeleportBall, faults: &mut Faults) -> Option<PlaceBall> {
     let read = || {
         let height = part("z", ball.z, limits::PLACE_MAX_M)?;
         let rise = part("vz", ball.vz, limits::SPEED_MAX_MPS)?;
-        let place = PlaceBall {
-            x: part("x", ball.x, limits::PLACE_MAX_M)?,
-            y: part("y", ball.y, limits::PLACE_MAX_M)?,
-            vx: part("vx", ball.vx, limits::SPEED_MAX_MPS)?,
-            vy: part("vy", ball.vy, limits::SPEED_MAX_MPS)?,
-            roll: ball.roll.unwrap_or(false),
-        };
+        let place = PlaceBall::read([ball.x, ball.y, ball.vx, ball.vy].map(|it| it.map(f64::from)));
+        let place = PlaceBall { roll: ball.roll == Some(true), ..place? };
         // On the ground its centre is a radius high: teams send 0, or that.
         Ok((place, height.unwrap_or(0.0).abs() > 0.05 || rise.unwrap_or(0.0) != 0.0))
     };

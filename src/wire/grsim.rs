@@ -6,11 +6,9 @@
 use glam::DVec2;
 use prost::Message;
 
-use super::fault::{Code, Fault, Faults, bounded, number, optional};
+use super::fault::{Code, Fault, Faults, bounded, number, numbered, optional};
 use super::orders::{Asked, Kick, Motion, Order, PlaceBall, PlaceRobot};
-use super::proto::grsim::{
-    GrSimBallReplacement, GrSimPacket, GrSimRobotCommand, GrSimRobotReplacement,
-};
+use super::proto::grsim::{GrSimPacket, GrSimRobotCommand, GrSimRobotReplacement};
 use super::{RobotName, Team, limits};
 
 /// Radius of a wheel, m (grSim, `Parsian.ini`).
@@ -39,7 +37,8 @@ pub fn read(datagram: &[u8], is_there: impl Fn(RobotName) -> bool) -> (Asked, Fa
         }
     }
     let Some(replacement) = &packet.replacement else { return (asked, faults) };
-    asked.ball = replacement.ball.as_ref().and_then(|ball| faults.sift(place_ball(ball)));
+    let ball = replacement.ball.map(|ball| PlaceBall::read([ball.x, ball.y, ball.vx, ball.vy]));
+    asked.ball = ball.and_then(|ball| faults.sift(ball));
     faults.limit("robots", replacement.robots.len());
     for robot in replacement.robots.iter().take(limits::COMMANDS_PER_DATAGRAM) {
         let Some(place) = faults.sift(place_robot(robot)) else { continue };
@@ -82,26 +81,10 @@ fn order(name: RobotName, command: &GrSimRobotCommand) -> Result<Order, Fault> {
     Ok(Order { motion: Some(motion), kick: Some(kick), dribble: command.spinner })
 }
 
-fn place_ball(ball: &GrSimBallReplacement) -> Result<PlaceBall, Fault> {
-    let part = |of: &str, value: Option<f64>, most| {
-        value.map(|value| bounded(&format!("ball: {of}"), value, most)).transpose()
-    };
-    Ok(PlaceBall {
-        x: part("x", ball.x, limits::PLACE_MAX_M)?,
-        y: part("y", ball.y, limits::PLACE_MAX_M)?,
-        vx: part("vx", ball.vx, limits::SPEED_MAX_MPS)?,
-        vy: part("vy", ball.vy, limits::SPEED_MAX_MPS)?,
-        roll: false,
-    })
-}
-
 fn place_robot(robot: &GrSimRobotReplacement) -> Result<PlaceRobot, Fault> {
     let missing = || Fault::new(Code::Unreadable, "grSim_RobotReplacement.id is missing");
-    let name = RobotName { team: team(robot.yellowteam), number: robot.id.ok_or_else(missing)? };
-    if name.number >= limits::ROBOTS_PER_TEAM {
-        let most = limits::ROBOTS_PER_TEAM - 1;
-        return Err(Fault::new(Code::Unknown, format!("robot {name}: 0 to {most}")));
-    }
+    let number = robot.id.ok_or_else(missing)?;
+    let name = numbered(RobotName { team: team(robot.yellowteam), number })?;
     let part = |of: &str, value: Option<f64>, most| {
         value.map(|value| bounded(&format!("{name}: {of}"), value, most)).transpose()
     };
@@ -118,7 +101,7 @@ fn place_robot(robot: &GrSimRobotReplacement) -> Result<PlaceRobot, Fault> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::proto::grsim::{GrSimCommands, GrSimReplacement};
+    use super::super::proto::grsim::{GrSimBallReplacement, GrSimCommands, GrSimReplacement};
     use super::*;
 
     #[test]

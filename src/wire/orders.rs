@@ -8,8 +8,9 @@ use std::collections::BTreeMap;
 
 use glam::DVec2;
 
-use super::RobotName;
+use super::fault::{Fault, bounded};
 use super::specs::Specs;
+use super::{RobotName, limits};
 use crate::world::{Command, DiscId, Frame, Wanted};
 
 /// How a robot shall move.
@@ -145,6 +146,25 @@ pub struct PlaceBall {
     pub vy: Option<f64>,
     /// Whether it rolls from there, instead of sliding first.
     pub roll: bool,
+}
+
+impl PlaceBall {
+    /// Of place (m) and velocity (m/s), and no more.
+    ///
+    /// # Errors
+    /// [`Fault`] with the name of the number.
+    pub fn read([x, y, vx, vy]: [Option<f64>; 4]) -> Result<Self, Fault> {
+        let part = |of: &str, value: Option<f64>, most| {
+            value.map(|value| bounded(&format!("ball: {of}"), value, most)).transpose()
+        };
+        Ok(Self {
+            x: part("x", x, limits::PLACE_MAX_M)?,
+            y: part("y", y, limits::PLACE_MAX_M)?,
+            vx: part("vx", vx, limits::SPEED_MAX_MPS)?,
+            vy: part("vy", vy, limits::SPEED_MAX_MPS)?,
+            roll: false,
+        })
+    }
 }
 
 /// What a packet asks in which all of it may stand.
