@@ -158,17 +158,14 @@ fn place_ball(ball: &TeleportBall, faults: &mut Faults) -> Option<PlaceBall> {
         let height = part("z", ball.z, limits::PLACE_MAX_M)?;
         let rise = part("vz", ball.vz, limits::SPEED_MAX_MPS)?;
         let place = PlaceBall::read([ball.x, ball.y, ball.vx, ball.vy].map(|it| it.map(f64::from)));
-        let place = PlaceBall { roll: ball.roll == Some(true), ..place? };
+        let (roll, safely) = (ball.roll == Some(true), ball.teleport_safely == Some(true));
+        let place = PlaceBall { roll, safely, ..place? };
         // On the ground its centre is a radius high: teams send 0, or that.
         Ok((place, height.unwrap_or(0.0).abs() > 0.05 || rise.unwrap_or(0.0) != 0.0))
     };
     let (place, flies) = faults.sift(read())?;
     if flies {
         faults.add(Code::Unsupported, "ball: z, vz: the ball stays on the ground");
-    }
-    if ball.teleport_safely == Some(true) {
-        let what = "ball: teleport_safely: robots are not moved; where one is, the ball is not put";
-        faults.add(Code::Unsupported, what);
     }
     Some(place)
 }

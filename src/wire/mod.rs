@@ -10,6 +10,7 @@
 //! | [`proto`] | the messages |
 //! | [`robots`], [`control`], [`vsss`], [`grsim`] | what a datagram asks, or what is wrong in it |
 //! | [`orders`] | what may be asked of robots and ball, and the commands that it becomes |
+//! | [`room`] | where a robot that makes way may stand |
 //! | [`specs`] | what a robot is: wheels, limits, kicker |
 //! | [`field`], [`geometry`] | the field of a league, and how it is told |
 //! | [`vision`], [`realism`] | cameras, and how badly they see |
@@ -32,6 +33,8 @@ pub mod vsss;
 pub mod grsim;
 
 pub mod orders;
+
+pub mod room;
 
 pub mod specs;
 

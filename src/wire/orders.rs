@@ -146,6 +146,8 @@ pub struct PlaceBall {
     pub vy: Option<f64>,
     /// Whether it rolls from there, instead of sliding first.
     pub roll: bool,
+    /// Whether robots make way for it, and those beside it stand still.
+    pub safely: bool,
 }
 
 impl PlaceBall {
@@ -162,7 +164,7 @@ impl PlaceBall {
             y: part("y", y, limits::PLACE_MAX_M)?,
             vx: part("vx", vx, limits::SPEED_MAX_MPS)?,
             vy: part("vy", vy, limits::SPEED_MAX_MPS)?,
-            roll: false,
+            ..Self::default()
         })
     }
 }

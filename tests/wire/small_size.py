@@ -164,7 +164,24 @@ def teleports(game):
     for places, y in ((stand, 1.0), (change, -1.0)):
         assert game.control_codes(teleport_robot=places) == []
         game.until(lambda frame: abs(game.robot(0, frame=frame).pos.y - y) < 1e-3, "changed")
+    # Safely: who stands there makes way, straight away from the ball, and who is near stands still.
+    stand = [game.place(0, x=1.0, y=0.05), game.place(1, x=1.25, y=0.0, v_y=1.0),
+             game.place(2, x=2.0, y=0.0, v_y=1.0)]
+    ball = ssl.TeleportBall(x=1.0, y=0.0, vx=0.0, vy=0.0, teleport_safely=True)
+    assert game.control_codes(simulation_speed=0.0) == []
+    assert game.control_codes(teleport_robot=stand) == []
+    assert game.control_codes(teleport_ball=ball) == []
+    assert game.control_codes(simulation_speed=1.0) == []
+    frame = game.until(lambda frame: math.hypot(frame.balls[0].pos.x - 1.0, frame.balls[0].pos.y)
+                       < 1e-6, "the ball is there")
+    made_way, near, far = (game.robot(k, frame=frame) for k in range(3))
+    assert_close(made_way.pos.x, 1.0, 1e-6, "x of who made way")
+    assert_close(made_way.pos.y, 0.12, 1e-6, "y of who made way")
+    assert near.pos.y == 0.0 and far.pos.y > 0.01, (near, far)
+    assert game.control_codes(teleport_ball=ssl.TeleportBall(x=99.0, teleport_safely=True)) == [
+        "CAROM_NOT_DONE"]
     # Where another stands there is no place.
+    assert game.control_codes(teleport_robot=[game.place(1, x=1.0, y=1.0)]) == []
     assert game.control_codes(teleport_robot=[game.place(3, x=1.0, y=1.05)]) == ["CAROM_NOT_DONE"]
 
 
@@ -477,6 +494,7 @@ def recorded():
     """What the wire has done is in the journal of a recording: the run is made again from it."""
     bag = os.path.join(os.environ["WIRE_SCRATCH"], "bag")
     with Game("--record", bag) as game:
+        teleports(game)
         presence(game)
         driving(game)
         specs(game)

@@ -11,9 +11,13 @@ use crate::node::stage::Stage;
 use crate::scene::Puck;
 use crate::wire::field::Field;
 use crate::wire::orders::{Orders, PlaceBall, PlaceRobot};
+use crate::wire::room::Room;
 use crate::wire::specs::{Specs, SpecsChange};
 use crate::wire::{Code, Faults, RobotName, Seen, View};
 use crate::world::{Command, Disc, NotDone, Pose};
+
+/// Robots so near to a ball that is teleported safely stand still then, m.
+const STILL_WITHIN_M: f64 = 0.2;
 
 /// What is known of robots beside the stage.
 #[derive(Clone, Debug)]
@@ -116,9 +120,10 @@ impl Book {
             }
         }
         // Out of the way first, if it goes elsewhere; the robots may come to where it was.
-        let ball_first = ball.filter(|_| put_ball(stage, ball).is_ok());
+        let first = |ball: &PlaceBall| PlaceBall { safely: false, ..*ball };
+        let is_put = ball.is_some_and(|ball| put_ball(stage, &first(ball)).is_ok());
         move_all(stage, moving, faults);
-        if let (Some(_), None) = (ball, ball_first) {
+        if let Some(ball) = ball.filter(|ball| !is_put || ball.safely) {
             match put_ball(stage, ball) {
                 Ok(()) => {}
                 Err(Some(why)) => faults.add(Code::NotDone, format!("ball: {why}")),
@@ -199,16 +204,52 @@ fn add(stage: &mut Stage, place: &PlaceRobot, faults: &mut Faults) -> bool {
 }
 
 /// Where the ball shall be; nothing without a ball.
-fn put_ball(stage: &mut Stage, ball: Option<&PlaceBall>) -> Result<(), Option<NotDone>> {
-    let (Some(ball), Some(puck)) = (ball, self::ball(stage)) else { return Err(None) };
+fn put_ball(stage: &mut Stage, ball: &PlaceBall) -> Result<(), Option<NotDone>> {
+    let Some(puck) = self::ball(stage) else { return Err(None) };
     let id = puck.disc.id;
     let now = stage.world().arena().and_then(|arena| arena.disc(id)).ok_or(None)?;
     let velocity = stage.world().ball(id).map_or(now.velocity, |motion| motion.velocity);
     let at = DVec2::new(ball.x.unwrap_or(now.position.x), ball.y.unwrap_or(now.position.y));
     let velocity = DVec2::new(ball.vx.unwrap_or(velocity.x), ball.vy.unwrap_or(velocity.y));
+    if ball.safely {
+        make_way(stage, &Disc { position: at, ..now })?;
+    }
     stage.place(id, at, velocity)?;
     if ball.roll {
         stage.ask(Command::Roll { id })?;
+    }
+    Ok(())
+}
+
+/// Robots that stand where the ball shall be go to the nearest place that is free, one after the
+/// other by their names, and those beside it stand still. If there is no place for one, none moves.
+fn make_way(stage: &mut Stage, ball: &Disc) -> Result<(), NotDone> {
+    let mut robots: Vec<(RobotName, Disc)> =
+        stage.now().iter().filter_map(|(puck, disc)| Some((puck.member?, *disc))).collect();
+    robots.sort_unstable_by_key(|(name, _)| *name);
+    let (walls, segments) = (stage.world().walls(), stage.scene().settings.segments);
+    let others = stage.now().into_iter().map(|(_, disc)| disc).chain([*ball]).collect();
+    let mut room = Room { walls, segments, others };
+    if !room.holds(ball) {
+        return Err(NotDone::OutsideWalls);
+    }
+    let gap = |disc: &Disc| disc.position.distance(ball.position) - disc.radius - ball.radius;
+    let mut moved = Vec::new();
+    for (_, robot) in robots.iter_mut().filter(|(_, robot)| gap(robot) < 0.0) {
+        room.others.retain(|other| other.id != robot.id);
+        robot.position = room.nearest(robot, ball.position).ok_or(NotDone::Overlaps(robot.id))?;
+        room.others.push(*robot);
+        moved.push((robot.id, robot.position));
+    }
+    for (id, at) in moved {
+        stage.place(id, at, DVec2::ZERO)?;
+    }
+    for (_, robot) in robots.iter().filter(|(_, robot)| gap(robot) <= STILL_WITHIN_M) {
+        let (id, heading) = (robot.id, stage.world().pose(robot.id).map(|pose| pose.heading));
+        stage.ask(Command::SetVelocity { id, velocity: DVec2::ZERO })?;
+        if let Some(heading) = heading {
+            stage.ask(Command::Turn { id, heading, turn: 0.0 })?;
+        }
     }
     Ok(())
 }
