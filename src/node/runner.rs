@@ -542,7 +542,8 @@ impl<'a> Runner<'a> {
             self.stall = None;
             self.live.restart();
             self.outputs.restart();
-            self.wire.iter_mut().for_each(Wire::restart);
+            let Self { wire, stage, complaints, .. } = self;
+            wire.iter_mut().for_each(|wire| wire.follow(stage, effect.pucks, complaints));
             self.status.restart(self.stage.world().arena(), Instant::now());
             self.tell_time();
         }

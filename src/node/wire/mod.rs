@@ -6,6 +6,8 @@
 
 mod perform;
 mod sockets;
+#[cfg(test)]
+mod tests;
 
 use std::collections::VecDeque;
 use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4};
@@ -119,6 +121,8 @@ impl Ports {
 /// The wire of a running node.
 pub struct Wire {
     options: WireOptions,
+    /// Whether the scene has a field that can be told.
+    has_field: bool,
     cameras: Cameras,
     book: Book,
     noise: Noise,
@@ -157,6 +161,7 @@ impl Wire {
         let streams = listening.into_iter().map(|(purpose, socket)| batches(socket, purpose));
         let streams = streams.collect::<Result<Vec<_>, _>>()?;
         let wire = Self {
+            has_field: true,
             cameras: Cameras::new(options.cameras, &options.field),
             book: Book::new(options.field),
             noise: Noise::new(options.seed),
@@ -276,8 +281,11 @@ impl Wire {
     pub fn look(&mut self, stage: &Stage, complaints: &mut Complaints) {
         let Some(now) = stage.world().arena().map(|arena| arena.now()) else { return };
         if now >= self.next_frame() {
-            let view = self.book.view(stage);
-            self.frame(&view, stage);
+            self.last = now;
+            if self.has_field {
+                let view = self.book.view(stage);
+                self.frame(&view, stage);
+            }
             self.next = (now * self.options.rate_hz).floor() as u64 + 1;
             // The product may be a rounding below the frame that it was.
             if self.next_frame() <= now {
@@ -293,10 +301,6 @@ impl Wire {
     }
 
     fn frame(&mut self, view: &View, stage: &Stage) {
-        if view.time < self.last {
-            self.restart();
-        }
-        self.last = view.time;
         let WireOptions { field, vision, tracked, realism, .. } = self.options;
         let began = || unix_time().as_secs_f64() - view.time;
         let capture = *self.epoch.get_or_insert_with(began) + view.time;
@@ -319,8 +323,28 @@ impl Wire {
         }
     }
 
+    /// Follows what was done to the stage: its time may have begun anew. Of a new world, which may
+    /// be of another scene, nothing is known but the scene.
+    pub fn follow(&mut self, stage: &Stage, is_new: bool, complaints: &mut Complaints) {
+        let now = stage.world().arena().map_or(0.0, |arena| arena.now());
+        if now < self.last {
+            self.restart();
+        }
+        if !is_new {
+            return;
+        }
+        self.has_field = stage.scene().field.is_some();
+        match stage.scene().field {
+            Some(marks) => self.options.field = Field::new(self.options.field.league, marks),
+            None => complaints.say("wire", &"the scene has no `field`: teams see nothing of it"),
+        }
+        self.cameras = Cameras::new(self.options.cameras, &self.options.field);
+        self.book = Book::new(self.options.field);
+        self.next_geometry = 0.0;
+    }
+
     /// Simulated time has begun anew: time stamps go on all the same.
-    pub fn restart(&mut self) {
+    fn restart(&mut self) {
         self.epoch = self.epoch.map(|epoch| epoch + self.last);
         (self.last, self.next_geometry, self.next) = (0.0, 0.0, 0);
         self.waiting.clear();
