@@ -104,6 +104,8 @@ pub struct View {
     pub ball: Option<(DVec2, DVec2)>,
     /// The robots, by their names.
     pub robots: Vec<Seen>,
+    /// Goals of blue and yellow.
+    pub score: [u32; 2],
 }
 
 /// A robot at one instant.

@@ -111,7 +111,7 @@ pub fn environment(view: &View, step: u32, field: &Field) -> Vec<u8> {
         penalty_depth: field.marks.penalty_depth,
         penalty_point: field.penalty_mark_m,
     };
-    let (goals_blue, goals_yellow) = (0, 0);
+    let [goals_blue, goals_yellow] = view.score;
     let (frame, field) = (Some(frame), Some(field));
     Environment { step, frame, field, goals_blue, goals_yellow }.encode_to_vec()
 }

@@ -7,7 +7,7 @@ use super::disc::{Defect, Disc, DiscId};
 use super::drives::{Drive, Wanted};
 use crate::detect::TooManyPairs;
 use crate::motion::arena::Halt;
-use crate::referee::Crash;
+use crate::referee::{Crash, Goal};
 
 /// Something asked of the world, by a topic or a program.
 #[derive(Clone, Debug, PartialEq)]
@@ -120,6 +120,8 @@ pub struct Outcome {
     pub contacts: Vec<Contact>,
     /// Crashes of robots, where [somebody watches](super::World::watch), in the order of time.
     pub crashes: Vec<Crash>,
+    /// Goals, where somebody watches a field, in the order of time.
+    pub goals: Vec<Goal>,
     /// What observed circles must do after contacts with simulated pucks: the latest velocity each,
     /// by id.
     pub corrections: Vec<(DiscId, DVec2)>,

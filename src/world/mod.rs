@@ -175,6 +175,11 @@ impl World {
         self.referee = referee;
     }
 
+    /// Goals of the teams 0 and 1, where somebody [watches](Self::watch) a field.
+    pub fn score(&self) -> Option<[u32; 2]> {
+        self.referee.as_ref().and_then(Referee::score)
+    }
+
     /// How a ball moves now, at this very instant: the arena has the mean velocity of the tick.
     pub fn ball(&self, id: DiscId) -> Option<BallMotion> {
         let arena = self.arena.as_ref()?;
@@ -326,10 +331,12 @@ impl World {
                 arena.remove(id)?;
                 self.pucks.remove(&id);
                 self.drives.remove(id);
+                self.lose_sight(id);
             }
             Command::PlacePuck { id, position, velocity } => {
                 arena.place(id, position, velocity)?;
                 self.drives.let_go(arena, id, Some(DVec2::ZERO));
+                self.lose_sight(id);
             }
             Command::MoveWalls { min, max } => {
                 arena.move_walls(min, max)?;
@@ -340,6 +347,11 @@ impl World {
             Command::Observe(_) => {}
         }
         Ok(())
+    }
+
+    /// A puck was put elsewhere by hand: it has crossed nothing on the way.
+    fn lose_sight(&mut self, id: DiscId) {
+        self.referee.iter_mut().for_each(|referee| referee.lose_sight(id));
     }
 
     /// Apply: takes over a report, for the resolver and for the arena.
@@ -417,6 +429,8 @@ impl World {
                 break;
             }
             let discs: Vec<Disc> = arena.discs(Owner::Simulated).collect();
+            let told = &mut outcome.goals;
+            self.referee.iter_mut().for_each(|referee| referee.look(&discs, tick, told));
             let driven = self.drives.follow(tick, &discs);
             driven.into_iter().for_each(|(id, velocity)| arena.set_velocity(id, velocity));
             watch(&mut self.referee, arena);

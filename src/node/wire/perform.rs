@@ -138,7 +138,8 @@ impl Book {
 pub fn view(stage: &Stage, height: impl Fn(RobotName) -> f64) -> View {
     let world = stage.world();
     let time = world.arena().map_or(0.0, |arena| arena.now());
-    let mut view = View { time, ..View::default() };
+    let score = world.score().unwrap_or_default();
+    let mut view = View { time, score, ..View::default() };
     for (puck, Disc { id, position, velocity, radius, .. }) in stage.now() {
         if puck.ball.is_some() {
             let velocity = world.ball(id).map_or(velocity, |motion| motion.velocity);
