@@ -106,6 +106,24 @@ pub struct View {
     pub robots: Vec<Seen>,
     /// Goals of blue and yellow.
     pub score: [u32; 2],
+    /// The ball's last kick, if it still moves from there.
+    pub kicked: Option<Kicked>,
+}
+
+/// A ball that a robot has kicked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Kicked {
+    /// Who has, if it is still there.
+    pub by: Option<RobotName>,
+    /// Where the ball was, m.
+    pub position: DVec2,
+    /// Its velocity then, m/s.
+    pub velocity: DVec2,
+    /// When, s of simulated time.
+    pub time: f64,
+    /// When (s of simulated time) and where (m) it will stop if it meets nobody; nothing if it
+    /// never does.
+    pub stop: Option<(f64, DVec2)>,
 }
 
 /// A robot at one instant.

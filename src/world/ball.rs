@@ -85,6 +85,20 @@ impl Ball {
         (motion, way + more)
     }
 
+    /// After how long it stands if it meets nobody, s; infinite if it never does.
+    pub fn rests_after(&self, motion: BallMotion) -> f64 {
+        let (slip, left) = (motion.velocity - motion.spin, 1.0 - self.switch_ratio);
+        let slides_for = left * slip.length() / self.sliding;
+        match (motion.velocity - slip * left).length() {
+            0.0 => slides_for,
+            _ if self.rolling == 0.0 => f64::INFINITY,
+            speed if self.drag > 0.0 => {
+                slides_for + libm::log1p(self.drag * speed / self.rolling) / self.drag
+            }
+            speed => slides_for + speed / self.rolling,
+        }
+    }
+
     fn roll(&self, velocity: DVec2, time: f64) -> (BallMotion, DVec2) {
         let speed = velocity.length();
         if self.drag > 0.0 && speed > 0.0 {
@@ -120,6 +134,19 @@ impl Ball {
     }
 }
 
+/// The kick from which a ball moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Kick {
+    /// Who kicked.
+    pub robot: DiscId,
+    /// Where the ball was, m.
+    pub position: DVec2,
+    /// Its velocity just after, m/s.
+    pub velocity: DVec2,
+    /// When, s.
+    pub time: f64,
+}
+
 /// A ball of an arena.
 #[derive(Clone, Debug)]
 pub(super) struct Rolling {
@@ -137,6 +164,8 @@ pub(super) struct Rolling {
     touched_at: Option<f64>,
     /// Whether a dribbler has it: it goes where that goes.
     pub held: bool,
+    /// The kick from which it moves; none once it stood, was held, or was moved by hand.
+    pub kick: Option<Kick>,
 }
 
 impl Rolling {
@@ -144,7 +173,8 @@ impl Rolling {
     pub fn new(id: DiscId, ball: Ball) -> Self {
         let motion = BallMotion::default();
         let (origin, given) = (DVec2::NAN, DVec2::NAN);
-        Self { id, ball, origin, motion, since: 0.0, given, touched_at: None, held: false }
+        let (since, touched_at, held, kick) = (0.0, None, false, None);
+        Self { id, ball, origin, motion, since, given, touched_at, held, kick }
     }
 
     /// Takes note of contacts on the way.
@@ -186,11 +216,12 @@ impl Rolling {
     pub fn follow(&mut self, disc: &Disc, now: f64, next: f64) -> DVec2 {
         let undisturbed = self.touched_at.is_none() && disc.velocity == self.given && !self.held;
         let motion = self.motion(disc, now);
+        let stands = motion == BallMotion::default();
+        self.kick = self.kick.filter(|_| !stands);
         if !undisturbed {
             return self.begin(disc, motion, now, next);
         }
         let (_, way) = self.ball.after(self.motion, next - self.since);
-        let stands = motion == BallMotion::default();
         self.given =
             if stands { DVec2::ZERO } else { (self.origin + way - disc.position) / (next - now) };
         self.given
@@ -208,7 +239,7 @@ impl Rolling {
         self.given = before + (wanted - before).clamp_length_max(grip * tick);
         (self.origin, self.motion, self.since) =
             (disc.position, BallMotion::rolling(self.given), now);
-        (self.touched_at, self.held) = (None, true);
+        (self.touched_at, self.held, self.kick) = (None, true, None);
         self.given
     }
 }

@@ -22,7 +22,7 @@
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
-use super::ball::{Ball, BallMotion, Front, Rolling};
+use super::ball::{Ball, BallMotion, Front, Kick, Rolling};
 use super::contact::Contact;
 use super::disc::{Disc, DiscId};
 
@@ -250,7 +250,13 @@ impl Drives {
     pub fn move_ball(&mut self, disc: &Disc, motion: BallMotion, now: f64) -> Option<DVec2> {
         let next = self.next_after(now);
         let ball = self.balls.iter_mut().find(|ball| ball.id == disc.id)?;
+        ball.kick = None;
         Some(ball.begin(disc, motion, now, next))
+    }
+
+    /// The kick from which a ball moves, if there is one.
+    pub fn kick_of(&self, id: DiscId) -> Option<Kick> {
+        self.balls.iter().find(|ball| ball.id == id)?.kick
     }
 
     /// The nearest ball in the mouth of a robot.
@@ -292,7 +298,12 @@ impl Drives {
         let heading = direction(robot.pose.heading);
         let change = heading * (speed - motion.velocity.dot(heading));
         let motion = BallMotion { velocity: motion.velocity + change, ..motion };
-        Some((ball.id, self.move_ball(ball, motion, now)?))
+        let given = self.move_ball(ball, motion, now)?;
+        let kick =
+            Kick { robot: id, position: ball.position, velocity: motion.velocity, time: now };
+        let gone = self.balls.iter_mut().find(|other| other.id == ball.id)?;
+        gone.kick = Some(kick);
+        Some((ball.id, given))
     }
 
     /// All that wait and have a ball now kick it, each ball once: the balls that go.

@@ -19,7 +19,7 @@ pub mod limits;
 
 use std::collections::HashSet;
 
-pub use ball::{Ball, BallMotion};
+pub use ball::{Ball, BallMotion, Kick};
 pub use command::{Answer, Command, Instants, NotDone, Outcome, Refusal, Report};
 pub use contact::{Contact, Partner};
 pub use disc::{Defect, Disc, DiscId};
@@ -184,6 +184,11 @@ impl World {
     pub fn ball(&self, id: DiscId) -> Option<BallMotion> {
         let arena = self.arena.as_ref()?;
         self.drives.motion(&arena.disc(id)?, arena.now())
+    }
+
+    /// The kick from which a ball moves, until it stands, is held or is moved by hand.
+    pub fn kick_of(&self, id: DiscId) -> Option<Kick> {
+        self.drives.kick_of(id)
     }
 
     /// Whether a ball is in the mouth of a robot: it can kick it.

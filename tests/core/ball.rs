@@ -85,7 +85,7 @@ fn the_closed_form_is_the_law() {
     for _ in 0..60 {
         let ball = Ball {
             sliding: random.uniform(1.0, 6.0),
-            rolling: random.uniform(0.0, 1.0),
+            rolling: if random.below(4) == 0 { 0.0 } else { random.uniform(0.0, 1.0) },
             drag: if random.below(2) == 0 { 0.0 } else { random.uniform(0.0, 1.0) },
             switch_ratio: random.uniform(0.5, 0.9),
         };
@@ -98,6 +98,16 @@ fn the_closed_form_is_the_law() {
         assert!(off < 1e-3, "{ball:?} {motion:?} after {time}: {after:?} {judged:?}");
         assert!((after.spin - judged.spin).length() < 1e-3, "{after:?} {judged:?}");
         assert!((way - judged_way).length() < 2e-3, "{way} {judged_way}");
+        // It stands when that is over, and not before.
+        let rest = ball.rests_after(motion);
+        if rest.is_finite() {
+            let (stands, whole) = ball.after(motion, rest * (1.0 + 1e-12));
+            assert_eq!(stands, BallMotion::default(), "{ball:?} {motion:?} {rest}");
+            assert!((ball.after(motion, rest).1 - whole).length() < 1e-9);
+            assert!(ball.after(motion, rest * (1.0 - 1e-6)).0 != BallMotion::default());
+        } else {
+            assert!(ball.rolling == 0.0);
+        }
         // In parts it is the same.
         let (half, first) = ball.after(motion, 0.4 * time);
         let (whole, second) = ball.after(half, 0.6 * time);

@@ -292,6 +292,36 @@ def kicks(game):
         assert 2.5 < frame.balls[0].vel.x < 2.81, f"{number}: not kicked: {frame.balls[0]}"
 
 
+def kicked_ball(game):
+    """Who has kicked, from where and when, and where the ball will stop: it stops there."""
+    to_the_ball(game, 2)
+    frame = game.frame()
+    assert not frame.HasField("kicked_ball") and list(frame.capabilities) == [3]
+    before = frame.timestamp
+    assert game.blue.codes(control(command(2, kick_speed=1.0))) == []
+    frame = game.until(lambda frame: frame.HasField("kicked_ball"), "a kick is told")
+    kick = frame.kicked_ball
+    assert (kick.robot_id.id, kick.robot_id.team) == (2, BLUE)
+    assert before <= kick.start_timestamp <= frame.timestamp
+    assert_close(kick.pos.x, 0.09 + 0.0215 + 1e-3, 1e-6, "x of the kick, m")
+    assert_close(kick.vel.x, 1.0, 1e-6, "speed of the kick, m/s")
+    # Slides to 0.64 m/s at 3 m/s^2, then rolls at 0.26 m/s^2.
+    way = (1.0 - 0.64 ** 2) / 6.0 + 0.64 ** 2 / 0.52
+    lasts = 0.36 / 3.0 + 0.64 / 0.26
+    assert_close(kick.stop_pos.x, kick.pos.x + way, 1e-5, "where it will stop, m")
+    assert_close(kick.stop_timestamp - kick.start_timestamp, lasts, 1e-5, "when it will stop, s")
+    game.blue.ask(control(command(2, kick_speed=0.0)))
+    stopped = game.until(lambda frame: not frame.HasField("kicked_ball"), "it stands")
+    assert_close(stopped.balls[0].pos.x, kick.stop_pos.x, 1e-5, "where it has stopped, m")
+    assert stopped.timestamp - kick.stop_timestamp < 0.1
+    # A ball that was put elsewhere was not kicked.
+    to_the_ball(game, 2)
+    game.blue.ask(control(command(2, kick_speed=1.0)))
+    game.until(lambda frame: frame.HasField("kicked_ball"), "another kick")
+    assert game.control_codes(teleport_ball=ssl.TeleportBall(x=-1.0, y=1.0)) == []
+    game.until(lambda frame: not frame.HasField("kicked_ball"), "no kick any more")
+
+
 def dribbling(game):
     to_the_ball(game, 2)
     for _ in range(60):
@@ -508,8 +538,9 @@ def recorded():
 
 def main():
     with Game() as game:
-        for part in (vision_and_geometry, teleports, presence, driving, specs, kicks, dribbling,
-                     older_packets, refusals, flood, latency, speed_and_port, realism, busy_port, ends):
+        for part in (vision_and_geometry, teleports, presence, driving, specs, kicks, kicked_ball,
+                     dribbling, older_packets, refusals, flood, latency, speed_and_port, realism,
+                     busy_port, ends):
             start = time.monotonic()
             part(game)
             print(f"{part.__name__}: {time.monotonic() - start:.1f} s", flush=True)

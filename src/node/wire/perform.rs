@@ -13,8 +13,8 @@ use crate::wire::field::Field;
 use crate::wire::orders::{Orders, PlaceBall, PlaceRobot};
 use crate::wire::room::Room;
 use crate::wire::specs::{Specs, SpecsChange};
-use crate::wire::{Code, Faults, RobotName, Seen, View};
-use crate::world::{Command, Disc, NotDone, Pose};
+use crate::wire::{Code, Faults, Kicked, RobotName, Seen, View};
+use crate::world::{Command, Disc, Kick, NotDone, Pose};
 
 /// Robots so near to a ball that is teleported safely stand still then, m.
 const STILL_WITHIN_M: f64 = 0.2;
@@ -144,6 +144,7 @@ pub fn view(stage: &Stage, height: impl Fn(RobotName) -> f64) -> View {
         if puck.ball.is_some() {
             let velocity = world.ball(id).map_or(velocity, |motion| motion.velocity);
             view.ball = Some((position, velocity));
+            view.kicked = kicked(stage, puck, position);
         } else if let Some(name) = puck.member {
             let Pose { heading, turn } = world.pose(id).unwrap_or_default();
             let height = height(name);
@@ -152,6 +153,18 @@ pub fn view(stage: &Stage, height: impl Fn(RobotName) -> f64) -> View {
     }
     view.robots.sort_unstable_by_key(|robot| robot.name);
     view
+}
+
+/// The last kick of a ball that is here now, if it still moves from there.
+fn kicked(stage: &Stage, ball: &Puck, here: DVec2) -> Option<Kicked> {
+    let world = stage.world();
+    let Kick { robot, position, velocity, time } = world.kick_of(ball.disc.id)?;
+    let now = world.arena()?.now();
+    let (law, motion) = (ball.ball?, world.ball(ball.disc.id)?);
+    let rest = law.rests_after(motion);
+    let stop = rest.is_finite().then(|| (now + rest, here + law.after(motion, rest).1));
+    let by = stage.pucks().iter().find(|puck| puck.disc.id == robot).and_then(|it| it.member);
+    Some(Kicked { by, position, velocity, time, stop })
 }
 
 /// The robot of a name, if it is there.
