@@ -13,6 +13,7 @@ use super::proto::simulation::{
     RealismConfig, RealismConfigErForce, SimulatorCommand, SimulatorConfig, SimulatorControl,
     SimulatorResponse, TeleportBall, TeleportRobot,
 };
+use super::proto::vision::SslGeometryData;
 use super::proto::{self, RobotId};
 use super::realism::Change;
 use super::specs::SpecsChange;
@@ -33,6 +34,8 @@ pub struct Control {
     pub realism: Option<Change>,
     /// Where vision is sent to from now on.
     pub vision_port: Option<u16>,
+    /// Which field it shall be: that of the scene can be asked for alone.
+    pub geometry: Option<SslGeometryData>,
 }
 
 /// What a datagram asks, and what is wrong with it.
@@ -75,9 +78,11 @@ impl Control {
     }
 
     fn read_config(&mut self, config: &SimulatorConfig, faults: &mut Faults) {
-        if config.geometry.is_some() {
-            let how = "the field is that of the scene; run another scene";
-            faults.add(Code::Unsupported, format!("config.geometry: {how}"));
+        if let Some(geometry) = &config.geometry {
+            match SslGeometryData::decode(geometry.as_slice()) {
+                Ok(geometry) => self.geometry = Some(geometry),
+                Err(error) => faults.add(Code::Unreadable, format!("config.geometry: {error}")),
+            }
         }
         faults.limit("robot_specs", config.robot_specs.len());
         for specs in config.robot_specs.iter().take(limits::COMMANDS_PER_DATAGRAM) {
@@ -251,10 +256,10 @@ mod tests {
             assert_eq!((control.robots.len(), codes.as_slice()), (1, [code].as_slice()));
         }
         let config = SimulatorConfig { vision_port: Some(70_000), ..Default::default() };
-        let config = SimulatorConfig { geometry: Some(Vec::new()), ..config };
+        let config = SimulatorConfig { geometry: Some(vec![0xff]), ..config };
         let speed = SimulatorControl { simulation_speed: Some(-1.0), ..Default::default() };
         let (control, codes) = ask(speed, config);
-        assert_eq!(codes, [Code::OutOfRange, Code::Unsupported, Code::OutOfRange]);
+        assert_eq!(codes, [Code::OutOfRange, Code::Unreadable, Code::OutOfRange]);
         assert_eq!(control, Control::default());
     }
 

@@ -397,7 +397,11 @@ def refusals(game):
         assert game.control_codes(**fields) == codes, fields
     geometry = ssl.SSL_GeometryData()
     geometry.field.CopyFrom(game.geometry().field)
-    assert game.config_codes(geometry=geometry) == ["CAROM_UNSUPPORTED"]
+    assert game.config_codes(geometry=geometry) == [], "it is the field that is told"
+    geometry.field.field_length = 12000
+    answer = game.control.ask(ssl.SimulatorCommand(config=ssl.SimulatorConfig(geometry=geometry)))
+    assert [error.code for error in answer.errors] == ["CAROM_UNSUPPORTED"], answer
+    assert "field_length 12000, here 9000 mm" in answer.errors[0].message, answer
     assert game.config_codes(vision_port=1 << 20) == ["CAROM_OUT_OF_RANGE"]
     assert game.carom.alive()
 

@@ -21,7 +21,7 @@ use super::stage::Stage;
 use crate::wire::control::{self, Control};
 use crate::wire::field::{Field, League};
 use crate::wire::orders::{Asked, Orders};
-use crate::wire::proto::vision::SslBallModelStraightTwoPhase;
+use crate::wire::proto::vision::{SslBallModelStraightTwoPhase, SslGeometryData};
 use crate::wire::realism::{Noise, Realism};
 use crate::wire::vision::{self, Cameras, Stamp};
 use crate::wire::{
@@ -242,6 +242,10 @@ impl Wire {
                 None => control::read(datagram),
             };
             self.book.change(stage, &control.specs, &mut faults);
+            if let Some(asked) = &control.geometry {
+                let told = self.geometry(&self.book.view(stage), stage);
+                geometry::differences(asked, &told).into_iter().for_each(|it| faults.push(it));
+            }
             let Control { robots, ball, .. } = &control;
             wanted.pucks |= self.book.place(stage, robots, ball.as_ref(), &mut faults);
             wanted.speed = control.speed.or(wanted.speed);
@@ -318,9 +322,13 @@ impl Wire {
         self.waiting.push_back((due, tracked, tracked::packet(&self.uuid, frame)));
         if view.time >= self.next_geometry {
             self.next_geometry = view.time + GEOMETRY_PERIOD_S;
-            let data = geometry::data(&field, &self.cameras, things(view, stage), ball(stage));
+            let data = self.geometry(view, stage);
             self.waiting.push_back((due, vision, vision::geometry(data)));
         }
+    }
+
+    fn geometry(&self, view: &View, stage: &Stage) -> SslGeometryData {
+        geometry::data(&self.options.field, &self.cameras, things(view, stage), ball(stage))
     }
 
     /// Follows what was done to the stage: its time may have begun anew. Of a new world, which may
