@@ -2,7 +2,7 @@
 //! simulator.
 //!
 //! Each part stands for itself: what is sound is done, what is not is told. What carom does not
-//! have (height, force, another field) is told too, and the rest of the part is done.
+//! have (height, force) is told too, and the rest of the part is done.
 
 use glam::DVec2;
 use prost::Message;

@@ -10,7 +10,7 @@ use glam::DVec2;
 
 use super::fault::{Fault, bounded};
 use super::specs::Specs;
-use super::{RobotName, limits};
+use super::{RobotName, Team, limits};
 use crate::world::{Command, DiscId, Frame, Wanted};
 
 /// How a robot shall move.
@@ -53,6 +53,13 @@ pub struct Order {
     pub kick: Option<Kick>,
     /// Whether its dribbler shall turn.
     pub dribble: Option<bool>,
+}
+
+impl Kick {
+    /// Whether it is told as a chip: 1 m/s or more upward, as in grSim.
+    pub fn is_chip(&self) -> bool {
+        self.speed * libm::sin(self.angle) >= 1.0
+    }
 }
 
 impl Order {
@@ -174,6 +181,8 @@ impl PlaceBall {
 pub struct Asked {
     /// Of robots.
     pub orders: Orders,
+    /// Whose robots, where a packet is one team's and there is status to be told.
+    pub team: Option<Team>,
     /// Where robots shall be, each once.
     pub robots: Vec<PlaceRobot>,
     /// Where the ball shall be.
@@ -182,7 +191,6 @@ pub struct Asked {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Team;
     use super::super::field::division_b;
     use super::*;
 

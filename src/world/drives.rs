@@ -139,6 +139,8 @@ struct Robot {
     armed: Option<Armed>,
     /// It has kicked, and the ball may still be in its mouth.
     has_kicked: bool,
+    /// When it last kicked a ball, s.
+    kicked_at: Option<f64>,
 }
 
 /// A kick that waits for a ball.
@@ -173,7 +175,7 @@ impl Drives {
     pub fn add(&mut self, id: DiscId, drive: Drive) {
         let pose = Pose { heading: drive.heading, turn: 0.0 };
         let (wanted, commanded_at) = (Wanted::default(), f64::INFINITY);
-        let (dribbles, armed, has_kicked) = (false, None, false);
+        let (dribbles, armed, has_kicked, kicked_at) = (false, None, false, None);
         self.robots.push(Robot {
             id,
             drive,
@@ -183,6 +185,7 @@ impl Drives {
             dribbles,
             armed,
             has_kicked,
+            kicked_at,
         });
     }
 
@@ -289,12 +292,17 @@ impl Drives {
         robot.armed.map(|armed| armed.speed)
     }
 
+    /// When a robot last kicked a ball, s.
+    pub fn kicked_at(&self, id: DiscId) -> Option<f64> {
+        self.robots.iter().find(|robot| robot.id == id)?.kicked_at
+    }
+
     /// An armed robot kicks a ball in its mouth: which, and its velocity until the next tick.
     fn fire(&mut self, id: DiscId, ball: &Disc, now: f64) -> Option<(DiscId, DVec2)> {
         let motion = self.motion(ball, now)?;
         let robot = self.robots.iter_mut().find(|robot| robot.id == id)?;
         let speed = robot.armed.take()?.speed.min(robot.drive.kicker?.speed_max);
-        robot.has_kicked = true;
+        (robot.has_kicked, robot.kicked_at) = (true, Some(now));
         let heading = direction(robot.pose.heading);
         let change = heading * (speed - motion.velocity.dot(heading));
         let motion = BallMotion { velocity: motion.velocity + change, ..motion };

@@ -202,6 +202,11 @@ impl World {
         self.drives.armed(id)
     }
 
+    /// When a robot last kicked a ball, s.
+    pub fn kicked_at(&self, id: DiscId) -> Option<f64> {
+        self.drives.kicked_at(id)
+    }
+
     /// What a driven puck can.
     pub fn drive_of(&self, id: DiscId) -> Option<Drive> {
         self.drives.drive(id)

@@ -386,8 +386,8 @@ fn what_is_no_goal_is_not_counted() {
     none(right(4.51 - 0.25 / 0.52, 0.1), DVec2::X * 0.5, 3.0);
     // Pushed over it, it is one; not again when it comes from the net, before it has been out.
     assert_eq!(shoot(&mut world, id, None, DVec2::X * 1.0, 0.2).len(), 1);
-    assert_eq!(shoot(&mut world, id, right(4.3, 0.1), DVec2::X * 3.0, 0.12).len(), 1);
-    assert_eq!(shoot(&mut world, id, None, DVec2::X * -1.0, 0.12).len(), 0);
+    assert_eq!(shoot(&mut world, id, right(4.3, 0.1), DVec2::X * 3.0, 0.11).len(), 1);
+    assert_eq!(shoot(&mut world, id, None, DVec2::X * -1.0, 0.13).len(), 0);
     let place = world.arena().expect("pucks").disc(id).expect("a ball").position;
     assert!((place.x - 4.5).abs() < ball.disc.radius, "on the line: {place}");
     assert_eq!(shoot(&mut world, id, None, DVec2::X * 1.0, 0.2).len(), 0);

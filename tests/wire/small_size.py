@@ -22,9 +22,11 @@ class Game:
     def __init__(self, *arguments, speed=1):
         self.vision = Listener(ssl.SSL_WrapperPacket)
         self.tracked = Listener(ssl.TrackerWrapperPacket)
+        self.status = {team: Listener(ssl.Robots_Status) for team in (BLUE, YELLOW)}
+        told = [listener.address.split(":")[1] for listener in self.status.values()]
         ports = free_ports(4)
         self.arguments = [
-            SCENE, "--wire", "--wire-ports", ",".join(map(str, ports)),
+            SCENE, "--wire", "--wire-ports", ",".join(map(str, ports + told)),
             "--vision", self.vision.address, "--tracked", self.tracked.address, *arguments]
         self.carom = Carom(*self.arguments)
         self.control = Asker(ports[0], ssl.SimulatorResponse)
@@ -353,6 +355,63 @@ def older_packets(game):
     game.until(lambda frame: game.robot(3, YELLOW, frame).vel.y > 0.3, "forward is along y")
 
 
+def status(game):
+    """After a packet of grSim's the team is told what has changed with its robots, once."""
+    to_the_ball(game, 2)
+
+    def send(team, number, **kick):
+        packet = ssl.grSim_Packet()
+        packet.commands.timestamp, packet.commands.isteamyellow = 0.0, team == YELLOW
+        fields = {"kickspeedx": 0.0, "kickspeedz": 0.0} | kick
+        packet.commands.robot_commands.add(
+            id=number, veltangent=0.0, velnormal=0.0, velangular=0.0, spinner=False,
+            wheelsspeed=False, **fields)
+        game.grsim.send(packet.SerializeToString())
+
+    def told(team=BLUE):
+        return [(robot.robot_id, robot.infrared, robot.flat_kick, robot.chip_kick)
+                for robot in game.status[team].next().robots_status]
+
+    def until(expected):
+        """The news of robot 2, which does not kick, whose last is this."""
+        deadline, seen = time.monotonic() + 15.0, None
+        game.status[BLUE].socket.settimeout(0.02)
+        while seen != expected:
+            assert time.monotonic() < deadline, f"{expected}: last {seen}"
+            send(BLUE, 2)
+            try:
+                seen = next((row[1:] for row in told() if row[0] == 2), seen)
+            except TimeoutError:
+                pass
+        game.status[BLUE].socket.settimeout(15.0)
+
+    send(BLUE, 0)
+    assert told() == [(2, True, False, False)]
+    send(BLUE, 2, kickspeedx=2.0)
+    assert told() == [(2, True, True, False)], "it has still the ball that it has just kicked"
+    until((False, False, False))
+    to_the_ball(game, 2)
+    send(BLUE, 2, kickspeedx=2.0, kickspeedz=2.0)
+    assert told() == [(2, True, False, True)]
+    until((False, False, False))
+    # The other team's is told to the other port, by its own packets.
+    game.clear()
+    robot = game.place(3, YELLOW, x=0.0, y=0.0, orientation=0.0)
+    ball = ssl.TeleportBall(x=0.1125, y=0.0, vx=0.0, vy=0.0)
+    assert game.control_codes(teleport_robot=[robot], teleport_ball=ball) == []
+    send(YELLOW, 0)
+    assert told(YELLOW) == [(3, True, False, False)]
+    send(YELLOW, 0)
+    send(BLUE, 0)
+    time.sleep(0.1)
+    for team in (BLUE, YELLOW):
+        game.status[team].socket.settimeout(0.0)
+        try:
+            raise AssertionError(f"nothing has changed: {game.status[team].next()}")
+        except BlockingIOError:
+            game.status[team].socket.settimeout(15.0)
+
+
 def refusals(game):
     game.clear()
     good = command(3, local=(0.2, 0.0, 0.0))
@@ -543,7 +602,7 @@ def recorded():
 def main():
     with Game() as game:
         for part in (vision_and_geometry, teleports, presence, driving, specs, kicks, kicked_ball,
-                     dribbling, older_packets, refusals, flood, latency, speed_and_port, realism,
+                     dribbling, older_packets, status, refusals, flood, latency, speed_and_port, realism,
                      busy_port, ends):
             start = time.monotonic()
             part(game)

@@ -9,7 +9,7 @@ mod sockets;
 #[cfg(test)]
 mod tests;
 
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
@@ -41,6 +41,9 @@ pub struct WireOptions {
     pub listen: Ipv4Addr,
     /// SSL: control, blue, yellow, and grSim's older packets if there is a fourth. VSSS: one.
     pub ports: Vec<u16>,
+    /// Where the status of blue and yellow robots goes after grSim's older packets, at whoever
+    /// sent them.
+    pub status_ports: [u16; 2],
     /// Where vision goes, or the environment of VSSS.
     pub vision: SocketAddrV4,
     /// SSL: where tracked frames go.
@@ -70,6 +73,7 @@ impl WireOptions {
             field,
             listen: Ipv4Addr::LOCALHOST,
             ports,
+            status_ports: [30_011, 30_012],
             vision: SocketAddrV4::new(group, port),
             tracked: SocketAddrV4::new(group, 10_010),
             way: Way { interface: None, reach: 0 },
@@ -125,6 +129,8 @@ pub struct Wire {
     has_field: bool,
     cameras: Cameras,
     book: Book,
+    /// The status that teams know.
+    told: grsim::Told,
     noise: Noise,
     out: UdpSocket,
     /// Of the next frame, s of simulated time times the rate.
@@ -164,6 +170,7 @@ impl Wire {
             has_field: true,
             cameras: Cameras::new(options.cameras, &options.field),
             book: Book::new(options.field),
+            told: grsim::Told::default(),
             noise: Noise::new(options.seed),
             out: UdpSocket::from_std(out)?,
             next: 0,
@@ -259,11 +266,12 @@ impl Wire {
         wanted
     }
 
-    /// Of packets in which all may stand, to which there is no answer.
+    /// Of packets in which all may stand; who commands a team of grSim's is told what has changed.
     fn packets(&mut self, batch: &Batch, stage: &mut Stage, complaints: &mut Complaints) -> Wanted {
         let mut wanted = Wanted::default();
         let mut all = Orders::default();
-        for (_, datagram) in &batch.datagrams {
+        let mut senders = BTreeSet::new();
+        for (from, datagram) in &batch.datagrams {
             let radius = |name: RobotName| perform::robot(stage, name).map(|puck| puck.disc.radius);
             let (asked, mut faults) = match (too_long(datagram), batch.purpose) {
                 (Some(faults), _) => (Asked::default(), faults),
@@ -271,6 +279,7 @@ impl Wire {
                 (None, _) => vsss::read(datagram, radius),
             };
             all.extend(&asked.orders);
+            senders.extend(asked.team.map(|team| (from.ip(), team)));
             let (robots, ball) = (&asked.robots, asked.ball.as_ref());
             wanted.pucks |= self.book.place(stage, robots, ball, &mut faults);
             complain(complaints, batch, &faults);
@@ -278,6 +287,12 @@ impl Wire {
         let mut faults = Faults::default();
         self.book.order(stage, &all, &mut faults);
         complain(complaints, batch, &faults);
+        for (sender, team) in senders {
+            let port = self.options.status_ports[team as usize];
+            if let Some(news) = self.told.news(self.book.status(stage, team).into_iter()) {
+                reply(batch, SocketAddr::new(sender, port), &news);
+            }
+        }
         wanted
     }
 

@@ -10,12 +10,15 @@ use glam::DVec2;
 use crate::node::stage::Stage;
 use crate::scene::Puck;
 use crate::wire::field::Field;
+use crate::wire::grsim::Status;
 use crate::wire::orders::{Orders, PlaceBall, PlaceRobot};
 use crate::wire::room::Room;
 use crate::wire::specs::{Specs, SpecsChange};
-use crate::wire::{Code, Faults, Kicked, RobotName, Seen, View};
-use crate::world::{Command, Disc, Kick, NotDone, Pose};
+use crate::wire::{Code, Faults, Kicked, RobotName, Seen, Team, View};
+use crate::world::{Command, Disc, DiscId, Kick, NotDone, Pose};
 
+/// A kick is told in a robot's status for so long, s: ten frames, as in grSim.
+const KICK_TOLD_S: f64 = 10.0 / 60.0;
 /// Robots so near to a ball that is teleported safely stand still then, m.
 const STILL_WITHIN_M: f64 = 0.2;
 
@@ -24,12 +27,14 @@ const STILL_WITHIN_M: f64 = 0.2;
 pub struct Book {
     field: Field,
     specs: BTreeMap<RobotName, Specs>,
+    /// Whether the kick that a robot was last told is a chip.
+    chips: BTreeMap<RobotName, bool>,
 }
 
 impl Book {
     /// Nothing beyond the league.
     pub fn new(field: Field) -> Self {
-        Self { field, specs: BTreeMap::new() }
+        Self { field, specs: BTreeMap::new(), chips: BTreeMap::new() }
     }
 
     fn specs(&self, name: RobotName) -> Specs {
@@ -39,6 +44,22 @@ impl Book {
     /// Whether a robot has the ball at its dribbler.
     pub fn has_ball(&self, stage: &Stage, name: RobotName) -> bool {
         robot(stage, name).is_some_and(|puck| stage.world().has_ball(puck.disc.id))
+    }
+
+    /// The status of all robots of a team.
+    pub fn status(&self, stage: &Stage, team: Team) -> Vec<(RobotName, Status)> {
+        let world = stage.world();
+        let now = world.arena().map_or(0.0, |arena| arena.now());
+        let of_team = |puck: &Puck| Some((puck.member.filter(|it| it.team == team)?, puck.disc.id));
+        let status = |(name, id): (RobotName, DiscId)| {
+            let has_kicked = world.kicked_at(id).is_some_and(|at| now - at <= KICK_TOLD_S);
+            let is_chip = self.chips.get(&name) == Some(&true);
+            let has_ball = world.has_ball(id);
+            (name, Status { has_ball, kicks: has_kicked && !is_chip, chips: has_kicked && is_chip })
+        };
+        let mut all: Vec<_> = stage.pucks().iter().filter_map(of_team).map(status).collect();
+        all.sort_unstable_by_key(|(name, _)| *name);
+        all
     }
 
     /// The game as it is.
@@ -57,6 +78,9 @@ impl Book {
             // Teams say in each command that they do not kick: that need not be asked.
             let waits = stage.world().armed(id).is_some();
             order.kick = order.kick.filter(|kick| kick.speed > 0.0 || waits);
+            if let Some(kick) = order.kick.filter(|kick| kick.speed > 0.0) {
+                self.chips.insert(name, kick.is_chip());
+            }
             for command in order.commands(id, radius, &self.specs(name)) {
                 let done = stage.ask(command);
                 report(faults, name, done);
