@@ -2,7 +2,7 @@
 //! simulator.
 //!
 //! Each part stands for itself: what is sound is done, what is not is told. What carom does not
-//! have (height, force) is told too, and the rest of the part is done.
+//! have (height) is told too, and the rest of the part is done.
 
 use glam::DVec2;
 use prost::Message;
@@ -133,10 +133,6 @@ pub fn name(what: &str, id: Option<RobotId>) -> Result<RobotName, Fault> {
 
 fn place_robot(robot: &TeleportRobot, faults: &mut Faults) -> Option<PlaceRobot> {
     let name = faults.sift(name("teleport_robot", robot.id))?;
-    if robot.by_force == Some(true) {
-        faults.add(Code::Unsupported, format!("{name}: by_force: robots are placed, not pulled"));
-        return None;
-    }
     let read = || {
         let part = |of: &str, value, most| optional(&format!("{name}: {of}"), value, most);
         let speed = |of, value| Ok(part(of, value, limits::SPEED_MAX_MPS)?.unwrap_or(0.0));
@@ -148,23 +144,21 @@ fn place_robot(robot: &TeleportRobot, faults: &mut Faults) -> Option<PlaceRobot>
             velocity: DVec2::new(speed("v_x", robot.v_x)?, speed("v_y", robot.v_y)?),
             turn: part("v_angular", robot.v_angular, limits::TURN_MAX_RADPS)?.unwrap_or(0.0),
             present: robot.present,
+            by_force: robot.by_force == Some(true),
         })
     };
     faults.sift(read())
 }
 
 fn place_ball(ball: &TeleportBall, faults: &mut Faults) -> Option<PlaceBall> {
-    if ball.by_force == Some(true) {
-        faults.add(Code::Unsupported, "ball: by_force: the ball is placed, not pulled");
-        return None;
-    }
     let part = |of: &str, value, most| optional(&format!("ball: {of}"), value, most);
     let read = || {
         let height = part("z", ball.z, limits::PLACE_MAX_M)?;
         let rise = part("vz", ball.vz, limits::SPEED_MAX_MPS)?;
         let place = PlaceBall::read([ball.x, ball.y, ball.vx, ball.vy].map(|it| it.map(f64::from)));
         let (roll, safely) = (ball.roll == Some(true), ball.teleport_safely == Some(true));
-        let place = PlaceBall { roll, safely, ..place? };
+        let by_force = ball.by_force == Some(true);
+        let place = PlaceBall { roll, safely, by_force, ..place? };
         // On the ground its centre is a radius high: teams send 0, or that.
         Ok((place, height.unwrap_or(0.0).abs() > 0.05 || rise.unwrap_or(0.0) != 0.0))
     };
@@ -247,7 +241,6 @@ mod tests {
             (TeleportRobot { id: yellow(16), ..good }, Code::Unknown),
             (TeleportRobot { id: yellow(1), x: Some(f32::NAN), ..good }, Code::NotFinite),
             (TeleportRobot { id: yellow(1), v_y: Some(1e9), ..good }, Code::OutOfRange),
-            (TeleportRobot { id: yellow(1), by_force: Some(true), ..good }, Code::Unsupported),
         ];
         for (robot, code) in robots {
             let teleport_robot = vec![robot, good];

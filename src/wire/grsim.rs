@@ -133,6 +133,7 @@ fn place_robot(robot: &GrSimRobotReplacement) -> Result<PlaceRobot, Fault> {
         velocity: DVec2::ZERO,
         turn: 0.0,
         present: robot.turnon,
+        by_force: false,
     })
 }
 

@@ -127,6 +127,8 @@ pub struct PlaceRobot {
     pub turn: f64,
     /// Whether it shall be on the field at all; nothing = as before.
     pub present: Option<bool>,
+    /// Whether a force brings it there.
+    pub by_force: bool,
 }
 
 impl PlaceRobot {
@@ -155,9 +157,16 @@ pub struct PlaceBall {
     pub roll: bool,
     /// Whether robots make way for it, and those beside it stand still.
     pub safely: bool,
+    /// Whether a force brings it there.
+    pub by_force: bool,
 }
 
 impl PlaceBall {
+    /// Whether it says where the ball shall be, or how fast.
+    pub fn moves(&self) -> bool {
+        [self.x, self.y, self.vx, self.vy].iter().any(Option::is_some) || self.roll
+    }
+
     /// Of place (m) and velocity (m/s), and no more.
     ///
     /// # Errors

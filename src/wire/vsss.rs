@@ -82,6 +82,7 @@ fn place_robot(robot: &RobotReplacement) -> Result<PlaceRobot, Fault> {
         ),
         turn: part("vorientation", position.vorientation, limits::TURN_MAX_RADPS)?,
         present: Some(robot.turnon),
+        by_force: false,
     })
 }
 

@@ -166,6 +166,8 @@ pub(super) struct Rolling {
     pub held: bool,
     /// The kick from which it moves; none once it stood, was held, or was moved by hand.
     pub kick: Option<Kick>,
+    /// Where a force draws it, if one does, m.
+    pub pulled_to: Option<DVec2>,
 }
 
 impl Rolling {
@@ -173,8 +175,8 @@ impl Rolling {
     pub fn new(id: DiscId, ball: Ball) -> Self {
         let motion = BallMotion::default();
         let (origin, given) = (DVec2::NAN, DVec2::NAN);
-        let (since, touched_at, held, kick) = (0.0, None, false, None);
-        Self { id, ball, origin, motion, since, given, touched_at, held, kick }
+        let (since, touched_at, held, kick, pulled_to) = (0.0, None, false, None, None);
+        Self { id, ball, origin, motion, since, given, touched_at, held, kick, pulled_to }
     }
 
     /// Takes note of contacts on the way.
@@ -231,12 +233,7 @@ impl Rolling {
     /// returns the velocity until the next tick. It rolls.
     pub fn hold(&mut self, disc: &Disc, front: &Front, grip: f64, now: f64, next: f64) -> DVec2 {
         let before = self.motion(disc, now).velocity;
-        let (tick, lag) = (next - now, front.now - disc.position);
-        // Not so fast that it could not stop there: v tick + v^2 / (2 grip) = the distance.
-        let distance = lag.length();
-        let per_second = 2.0 / (tick + (tick * tick + 2.0 * distance / grip).sqrt());
-        let wanted = (front.next - front.now) / tick + lag * per_second;
-        self.given = before + (wanted - before).clamp_length_max(grip * tick);
+        self.given = drawn(before, disc.position, front, grip, next - now);
         (self.origin, self.motion, self.since) =
             (disc.position, BallMotion::rolling(self.given), now);
         (self.touched_at, self.held, self.kick) = (None, true, None);
@@ -250,4 +247,22 @@ pub(super) struct Front {
     pub now: DVec2,
     /// At the next tick.
     pub next: DVec2,
+}
+
+impl Front {
+    /// A place that stays.
+    pub fn fixed(place: DVec2) -> Self {
+        Self { now: place, next: place }
+    }
+}
+
+/// The velocity in the coming tick (s) of something that is drawn to a place that moves, with no
+/// more than this acceleration, m/s^2.
+pub(super) fn drawn(before: DVec2, at: DVec2, front: &Front, most: f64, tick: f64) -> DVec2 {
+    // Not so fast that it could not stop there: v tick + v^2 / (2 most) = the distance.
+    let lag = front.now - at;
+    let distance = lag.length();
+    let per_second = 2.0 / (tick + (tick * tick + 2.0 * distance / most).sqrt());
+    let wanted = (front.next - front.now) / tick + lag * per_second;
+    before + (wanted - before).clamp_length_max(most * tick)
 }

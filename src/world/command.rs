@@ -45,6 +45,15 @@ pub enum Command {
         /// Whether it runs.
         on: bool,
     },
+    /// A force draws a robot or a ball to a place from now on, whatever it is commanded, and keeps
+    /// it there, with an acceleration of [`PULL_MPS2`](super::PULL_MPS2) at most; it runs into what
+    /// is in its way. [`Command::PlacePuck`] ends it too.
+    Pull {
+        /// The robot or ball.
+        id: DiscId,
+        /// Where its centre shall be, m; nothing = no force any more.
+        to: Option<DVec2>,
+    },
     /// A robot looks elsewhere from now on.
     Turn {
         /// The robot.

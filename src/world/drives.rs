@@ -18,17 +18,24 @@
 //! that lags behind so far that it leaves the mouth is lost. A held ball rolls when it is let go.
 //! After a kick the dribbler lets a ball go until none is in the mouth. Neither conserves momentum:
 //! the robot's wheels pass the recoil on to the floor.
+//!
+//! **Pull.** A force from outside draws a robot or a ball to a place and keeps it there, in the way
+//! a dribbler does and with at most [`PULL_MPS2`], whatever drive and friction would do. A robot
+//! turns as it is commanded meanwhile.
 
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
-use super::ball::{Ball, BallMotion, Front, Kick, Rolling};
+use super::ball::{Ball, BallMotion, Front, Kick, Rolling, drawn};
 use super::contact::Contact;
 use super::disc::{Disc, DiscId};
 
 /// Distance at which a dribbler holds a ball from its robot, m: so the two do not collide all the
 /// time.
 pub const HOLD_GAP_M: f64 = 1e-3;
+
+/// Acceleration with which a force from outside draws a robot or a ball to a place, m/s^2.
+pub const PULL_MPS2: f64 = 10.0;
 
 /// Which velocities a robot can have.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -141,6 +148,8 @@ struct Robot {
     has_kicked: bool,
     /// When it last kicked a ball, s.
     kicked_at: Option<f64>,
+    /// Where a force draws it, if one does, m.
+    pulled_to: Option<DVec2>,
 }
 
 /// A kick that waits for a ball.
@@ -186,6 +195,7 @@ impl Drives {
             armed,
             has_kicked,
             kicked_at,
+            pulled_to: None,
         });
     }
 
@@ -236,6 +246,14 @@ impl Drives {
     pub fn dribble(&mut self, id: DiscId, on: bool) -> bool {
         let robot = self.robots.iter_mut().find(|robot| robot.id == id);
         robot.map(|robot| robot.dribbles = on).is_some()
+    }
+
+    /// Draws a robot or a ball to a place, m, or no more; whether it is one.
+    pub fn pull(&mut self, id: DiscId, to: Option<DVec2>) -> bool {
+        let robot = self.robots.iter_mut().find(|robot| robot.id == id);
+        let robot = robot.map(|robot| robot.pulled_to = to).is_some();
+        let ball = self.balls.iter_mut().find(|ball| ball.id == id);
+        ball.map(|ball| ball.pulled_to = to).is_some() || robot
     }
 
     /// Whether a puck is a ball.
@@ -349,6 +367,7 @@ impl Drives {
     pub fn due(&mut self, now: f64, until: f64) -> Option<f64> {
         let idle = |robot: &Robot| {
             robot.drive.model == Model::Told
+                && robot.pulled_to.is_none()
                 && (self.timeout == 0.0 || robot.commanded_at == f64::INFINITY)
         };
         if self.balls.is_empty() && self.robots.iter().all(idle) {
@@ -387,7 +406,7 @@ impl Drives {
                 continue;
             };
             let before = direction(robot.pose.heading);
-            let velocity = robot.next_velocity(disc.velocity, now, tick, timeout);
+            let velocity = robot.next_velocity(disc, now, tick, timeout);
             change(disc, velocity);
             let own = held.iter().zip(&mut fronts).filter(|(held, _)| held.by == disc.id);
             for (held, front) in own {
@@ -401,10 +420,11 @@ impl Drives {
             let Some(disc) = discs.iter().find(|disc| disc.id == ball.id) else { continue };
             let kicked = kicked.iter().find(|(id, _)| *id == ball.id);
             let holder = held.iter().zip(&fronts).find(|(held, _)| held.ball.id == ball.id);
-            let velocity = match (kicked, holder) {
-                (Some((_, velocity)), _) => *velocity,
-                (None, Some((held, front))) => ball.hold(disc, front, held.grip, now, next),
-                (None, None) => ball.follow(disc, now, next),
+            let velocity = match (kicked, ball.pulled_to, holder) {
+                (Some((_, velocity)), _, _) => *velocity,
+                (None, Some(to), _) => ball.hold(disc, &Front::fixed(to), PULL_MPS2, now, next),
+                (None, None, Some((held, front))) => ball.hold(disc, front, held.grip, now, next),
+                (None, None, None) => ball.follow(disc, now, next),
             };
             change(disc, velocity);
         }
@@ -454,7 +474,15 @@ impl Robot {
         is_there.then_some(gap)
     }
 
-    fn next_velocity(&mut self, velocity: DVec2, now: f64, tick: f64, timeout: f64) -> DVec2 {
+    fn next_velocity(&mut self, disc: &Disc, now: f64, tick: f64, timeout: f64) -> DVec2 {
+        let own = self.own_velocity(disc.velocity, now, tick, timeout);
+        self.pulled_to.map_or(own, |to| {
+            drawn(disc.velocity, disc.position, &Front::fixed(to), PULL_MPS2, tick)
+        })
+    }
+
+    /// What its drive makes of its command.
+    fn own_velocity(&mut self, velocity: DVec2, now: f64, tick: f64, timeout: f64) -> DVec2 {
         let is_over = timeout > 0.0 && now - self.commanded_at > timeout;
         if is_over {
             (self.wanted, self.commanded_at) = (Wanted::default(), f64::INFINITY);

@@ -23,7 +23,7 @@ pub use ball::{Ball, BallMotion, Kick};
 pub use command::{Answer, Command, Instants, NotDone, Outcome, Refusal, Report};
 pub use contact::{Contact, Partner};
 pub use disc::{Defect, Disc, DiscId};
-pub use drives::{Drive, Frame, HOLD_GAP_M, Kicker, Model, Pose, Wanted};
+pub use drives::{Drive, Frame, HOLD_GAP_M, Kicker, Model, PULL_MPS2, Pose, Wanted};
 pub use periodic::Periodic;
 pub use segments::{BadSegment, Segment, Segments};
 pub use walls::{Side, Walls};
@@ -324,6 +324,7 @@ impl World {
             }
             Command::Kick { .. }
             | Command::Dribble { .. }
+            | Command::Pull { .. }
             | Command::Turn { .. }
             | Command::SetDrive { .. }
             | Command::Roll { .. } => play::play(&mut self.drives, arena, command)?,
@@ -345,6 +346,7 @@ impl World {
             }
             Command::PlacePuck { id, position, velocity } => {
                 arena.place(id, position, velocity)?;
+                self.drives.pull(id, None);
                 self.drives.let_go(arena, id, Some(DVec2::ZERO));
                 self.lose_sight(id);
             }

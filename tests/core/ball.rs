@@ -2,7 +2,7 @@
 
 use carom::world::{
     Ball, BallMotion, Command, Contact, Disc, Drive, Frame, HOLD_GAP_M, Instants, Kicker, Model,
-    NotDone, Owner, Pace, Settings, Wanted, World,
+    NotDone, Owner, PULL_MPS2, Pace, Settings, Wanted, World,
 };
 use glam::DVec2;
 
@@ -337,6 +337,49 @@ fn velocities_are_local_or_global_and_braking_is_a_limit_of_its_own() {
         go(&mut world, &[Command::SetDrive { id: 1, drive: slow }, again], 2.1);
         assert!((now(&world, 1).velocity.length() - 0.5).abs() < 0.01);
     }
+}
+
+#[test]
+fn a_force_brings_robot_and_ball_to_a_place_and_keeps_them_there() {
+    let discs = [
+        disc(0, [0.0, 1.0], [0.0, 0.0]),
+        disc(1, [0.0, 0.0], [0.0, 0.0]),
+        disc(2, [1.0, 1.45], [0.0, 0.0]),
+    ];
+    let mut world = world(&discs);
+    let places = [DVec2::new(2.0, 2.0), DVec2::new(-1.5, 0.5)];
+    let wanted = Wanted { linear: DVec2::X, angular: 1.0, frame: Frame::Arena };
+    let drive = Command::Drive { id: 1, wanted };
+    let pull = |id: u32, to| Command::Pull { id, to };
+    go(&mut world, &[drive, pull(0, Some(places[0])), pull(1, Some(places[1]))], 0.0);
+    let (mut contacts, mut before) = (Vec::new(), [0, 1].map(|id| now(&world, id)));
+    for k in 1..=3_000u32 {
+        let new = go(&mut world, &[], f64::from(k) * TICK);
+        for id in 0..2 {
+            let after = now(&world, id);
+            let change = (after.velocity - before[id as usize].velocity).length();
+            let has_touched = new.iter().any(|contact| contact.discs().any(|it| it == id));
+            assert!(has_touched || change <= PULL_MPS2 * TICK * (1.0 + 1e-9), "{k} {change}");
+            before[id as usize] = after;
+        }
+        contacts.extend(new);
+    }
+    // The ball had the robot 2 in its way, and came there all the same.
+    assert!(!contacts.is_empty() && contacts.iter().all(|contact| contact.discs().eq([0, 2])));
+    for id in 0..2 {
+        let disc = now(&world, id);
+        assert!((disc.position - places[id as usize]).length() < 1e-9, "{disc:?}");
+        assert!(disc.velocity.length() < 1e-6, "{disc:?}");
+    }
+    assert!((world.pose(1).unwrap().heading - 3.0).abs() < 0.05, "it turns as commanded");
+    // Without the force the ball stays and the robot drives; a teleport ends it too.
+    let place = Command::PlacePuck { id: 0, position: DVec2::Y, velocity: DVec2::ZERO };
+    go(&mut world, &[place, pull(1, None)], 4.0);
+    assert_eq!(now(&world, 0).position, DVec2::Y);
+    assert!((now(&world, 1).velocity - DVec2::X).length() < 1e-9);
+    let bad = [pull(0, Some(DVec2::NAN)), pull(9, None)];
+    let outcome = world.step(&bad, Instants { heard_at: 0.0, advance_to: 4.0 });
+    assert_eq!(outcome.not_done.len(), 2);
 }
 
 #[test]

@@ -187,6 +187,30 @@ def teleports(game):
     assert game.control_codes(teleport_robot=[game.place(3, x=1.0, y=1.05)]) == ["CAROM_NOT_DONE"]
 
 
+def by_force(game):
+    """A force draws ball and robot to a place and keeps them there, until it is taken back."""
+    game.clear()
+    ball = ssl.TeleportBall(x=1.0, y=-0.5, by_force=True)
+    robot = game.place(0, x=-3.0, y=1.0, by_force=True)
+    game.tracked.drain()
+    assert game.control_codes(teleport_ball=ball, teleport_robot=[robot]) == []
+    frame = game.until(lambda frame: frame.balls[0].vel.x > 0.1, "it is no jump")
+    assert 0.0 < frame.balls[0].pos.x < 1.0
+
+    def is_there(frame):
+        seen = game.robot(0, frame=frame)
+        return max(abs(frame.balls[0].pos.x - 1.0), abs(frame.balls[0].pos.y + 0.5),
+                   abs(seen.pos.x + 3.0), abs(seen.pos.y - 1.0)) < 1e-6
+
+    game.until(is_there, "both are there")
+    assert game.blue.codes(control(command(0, everywhere=(1.0, 0.0, 0.0)))) == []
+    assert is_there(game.frame())
+    end = [game.place(0, by_force=False)]
+    assert game.control_codes(teleport_ball=ssl.TeleportBall(), teleport_robot=end) == []
+    game.until(lambda frame: game.robot(0, frame=frame).vel.x > 0.3, "it is free again",
+               command(0, everywhere=(1.0, 0.0, 0.0)))
+
+
 def presence(game):
     game.clear()
     assert game.control_codes(teleport_robot=[game.place(4, YELLOW, present=False)]) == []
@@ -447,7 +471,7 @@ def refusals(game):
             ({"teleport_ball": ssl.TeleportBall(x=nan)}, ["CAROM_NOT_FINITE"]),
             ({"teleport_ball": ssl.TeleportBall(x=99.0)}, ["CAROM_NOT_DONE"]),
             ({"teleport_ball": ssl.TeleportBall(x=0.0, z=1.0)}, ["CAROM_UNSUPPORTED"]),
-            ({"teleport_ball": ssl.TeleportBall(x=0.0, by_force=True)}, ["CAROM_UNSUPPORTED"]),
+            ({"teleport_ball": ssl.TeleportBall(x=nan, by_force=True)}, ["CAROM_NOT_FINITE"]),
             ({"teleport_robot": [game.place(1, x=infinite)]}, ["CAROM_NOT_FINITE"]),
             ({"teleport_robot": [game.place(40, x=0.0)]}, ["CAROM_UNKNOWN"]),
             ({"teleport_robot": [game.place(1, ssl.UNKNOWN, x=0.0)]}, ["CAROM_UNREADABLE"]),
@@ -588,6 +612,7 @@ def recorded():
     bag = os.path.join(os.environ["WIRE_SCRATCH"], "bag")
     with Game("--record", bag) as game:
         teleports(game)
+        by_force(game)
         presence(game)
         driving(game)
         specs(game)
@@ -601,9 +626,9 @@ def recorded():
 
 def main():
     with Game() as game:
-        for part in (vision_and_geometry, teleports, presence, driving, specs, kicks, kicked_ball,
-                     dribbling, older_packets, status, refusals, flood, latency, speed_and_port, realism,
-                     busy_port, ends):
+        for part in (vision_and_geometry, teleports, by_force, presence, driving, specs, kicks,
+                     kicked_ball, dribbling, older_packets, status, refusals, flood, latency,
+                     speed_and_port, realism, busy_port, ends):
             start = time.monotonic()
             part(game)
             print(f"{part.__name__}: {time.monotonic() - start:.1f} s", flush=True)

@@ -139,10 +139,14 @@ impl Book {
                 (None, None) => {
                     faults.add(Code::Unknown, format!("there is no robot {}", place.name));
                 }
-                (Some(_), _) if place.moves() => moving.push(*place),
-                (Some(_), _) => {}
+                (Some(_), _) if place.moves() && !place.by_force => moving.push(*place),
+                (Some(id), _) => {
+                    let to = place.by_force.then_some((place.x, place.y));
+                    report(faults, place.name, pull(stage, id, to));
+                }
             }
         }
+        let ball = ball.filter(|it| !pull_ball(stage, it, faults));
         // Out of the way first, if it goes elsewhere; the robots may come to where it was.
         let first = |ball: &PlaceBall| PlaceBall { safely: false, ..*ball };
         let is_put = ball.is_some_and(|ball| put_ball(stage, &first(ball)).is_ok());
@@ -239,6 +243,29 @@ fn add(stage: &mut Stage, place: &PlaceRobot, faults: &mut Faults) -> bool {
             false
         }
     }
+}
+
+/// Lets a force draw a ball that is not put anywhere, or no more; whether that was asked.
+fn pull_ball(stage: &mut Stage, ball: &PlaceBall, faults: &mut Faults) -> bool {
+    let Some(id) = self::ball(stage).map(|puck| puck.disc.id) else { return false };
+    let is_pulled = ball.by_force || !ball.moves();
+    if is_pulled && let Err(why) = pull(stage, id, ball.by_force.then_some((ball.x, ball.y))) {
+        faults.add(Code::NotDone, format!("ball: {why}"));
+    }
+    is_pulled
+}
+
+/// Draws a puck to a place, whose coordinates (m) are as they are where they are not said, or no
+/// more.
+fn pull(
+    stage: &mut Stage,
+    id: DiscId,
+    to: Option<(Option<f64>, Option<f64>)>,
+) -> Result<(), NotDone> {
+    let now = stage.world().arena().and_then(|arena| arena.disc(id)).ok_or(NotDone::Unknown(id))?;
+    let at = now.position;
+    let to = to.map(|(x, y)| DVec2::new(x.unwrap_or(at.x), y.unwrap_or(at.y)));
+    stage.ask(Command::Pull { id, to })
 }
 
 /// Where the ball shall be; nothing without a ball.
