@@ -1,4 +1,4 @@
-//! The referee's eye: which collisions of robots are crashes, and whose fault they are.
+//! The referee's eye: which collisions of robots are crashes, whose fault they are, and goals.
 //!
 //! The rule is that of the Small Size League (ssl-rules, chapters/offenses.adoc, "Crashing"): at
 //! the moment of a collision of two robots of different teams the difference of their velocities is
@@ -6,10 +6,14 @@
 //! both if their speeds differ by less than 0.3 m/s. One place for whoever asks: the arena, and the
 //! audit of a recording. Nothing here looks for contacts.
 
+mod goals;
+
 use glam::DVec2;
 use serde::Serialize;
 
 use crate::world::{Contact, Disc, DiscId, Partner};
+use goals::Goals;
+pub use goals::{Goal, Posts};
 
 /// Speed of approach along the line of centres above which a collision is a crash, m/s.
 pub const CRASH_SPEED_MPS: f64 = 1.5;
@@ -67,6 +71,7 @@ pub struct Crash {
 pub struct Referee {
     limit: f64,
     robots: Vec<Watched>,
+    goals: Option<Goals>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -86,7 +91,27 @@ impl Referee {
             mass: f64::INFINITY,
             velocity: DVec2::ZERO,
         };
-        Self { limit, robots: robots.iter().map(watched).collect() }
+        Self { limit, robots: robots.iter().map(watched).collect(), goals: None }
+    }
+
+    /// Watches the goals too, for this ball.
+    pub fn with_goals(self, posts: Posts, ball: DiscId) -> Self {
+        Self { goals: Some(Goals::new(posts, ball)), ..self }
+    }
+
+    /// Goals of the teams 0 and 1, if somebody counts them.
+    pub fn score(&self) -> Option<[u32; 2]> {
+        self.goals.as_ref().map(|goals| goals.score)
+    }
+
+    /// A puck was put elsewhere by hand.
+    pub fn lose_sight(&mut self, id: DiscId) {
+        self.goals.iter_mut().for_each(|goals| goals.lose_sight(id));
+    }
+
+    /// Looks at a control tick where the ball is; tells a goal.
+    pub fn look(&mut self, discs: &[Disc], now: f64, told: &mut Vec<Goal>) {
+        told.extend(self.goals.as_mut().and_then(|goals| goals.look(discs, now)));
     }
 
     /// Sees how the robots move now.

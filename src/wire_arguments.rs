@@ -22,8 +22,9 @@ pub struct WireArguments {
     /// Listen on this address; 0.0.0.0 = on all networks [default: 127.0.0.1].
     #[arg(long, value_name = "ADDRESS", requires = "wire")]
     wire_listen: Option<Ipv4Addr>,
-    /// Ports for control, blue robots, yellow robots and, if it is named, grSim's older packets
-    /// [default: 10300,10301,10302,20011]; for VSSS one port [default: 20011].
+    /// Ports for control, blue robots, yellow robots and, if they are named, grSim's older packets,
+    /// and where the status of blue and yellow robots goes to those who send them [default:
+    /// 10300,10301,10302,20011,30011,30012]; for VSSS one port [default: 20011].
     #[arg(long, value_name = "PORTS", requires = "wire", value_delimiter = ',')]
     #[arg(value_parser = clap::value_parser!(u16).range(1..))]
     wire_ports: Vec<u16>,
@@ -100,9 +101,10 @@ impl WireArguments {
         match (options.field.league, self.wire_ports.as_slice()) {
             (_, []) => return Ok(()),
             (League::Ssl, [_, _, _] | [_, _, _, _]) | (League::Vsss, [_]) => {}
+            (League::Ssl, [_, _, _, _, blue, yellow]) => options.status_ports = [*blue, *yellow],
             (League::Ssl, _) => {
-                let how = "control,blue,yellow or control,blue,yellow,grsim";
-                return Err(format!("--wire-ports: SSL has three or four: {how}"));
+                let how = "control,blue,yellow[,grsim[,blue status,yellow status]]";
+                return Err(format!("--wire-ports: SSL has three, four or six: {how}"));
             }
             (League::Vsss, _) => return Err("--wire-ports: VSSS has one".to_owned()),
         }

@@ -36,7 +36,7 @@ fn the_wire_is_for_leagues_and_says_what_it_needs() {
         (&["arena", "--wire=ssl"], "arena has no `field`: run ssl-a"),
         (&["ssl-b", "--wire=fifa"], "[possible values: auto, ssl, vsss]"),
         (&["ssl-b", "--vision", "127.0.0.1:1"], "--wire"),
-        (&["ssl-b", "--wire", "--wire-ports", "1,2"], "SSL has three or four"),
+        (&["ssl-b", "--wire", "--wire-ports", "1,2,3,4,5"], "SSL has three, four or six"),
         (&["vsss-3v3", "--wire", "--wire-ports", "1,2,3"], "VSSS has one"),
         (&["vsss-3v3", "--wire", "--cameras", "2"], "VSSS has neither"),
         (&["ssl-b", "--wire", "--cameras", "3"], "must be 1, 2, 4 or 8"),

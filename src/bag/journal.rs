@@ -125,6 +125,13 @@ pub enum Asked {
         /// Whether it runs.
         on: bool,
     },
+    /// A force to a place, or none any more.
+    Pull {
+        /// The robot or ball.
+        id: DiscId,
+        /// m
+        to: Option<[f64; 2]>,
+    },
     /// Another pose.
     Turn {
         /// The robot.
@@ -275,6 +282,7 @@ impl Asked {
             }
             Command::Kick { id, speed } => Self::Kick { id, speed },
             Command::Dribble { id, on } => Self::Dribble { id, on },
+            Command::Pull { id, to } => Self::Pull { id, to: to.map(|to| to.to_array()) },
             Command::Turn { id, heading, turn } => Self::Turn { id, heading, turn },
             Command::SetDrive { id, ref drive } => {
                 Self::Limits { id, drive: DriveLine::new(drive) }
@@ -308,6 +316,7 @@ impl Asked {
             }
             Self::Kick { id, speed } => Command::Kick { id, speed },
             Self::Dribble { id, on } => Command::Dribble { id, on },
+            Self::Pull { id, to } => Command::Pull { id, to: to.map(vector) },
             Self::Turn { id, heading, turn } => Command::Turn { id, heading, turn },
             Self::Limits { id, drive } => Command::SetDrive { id, drive: drive.drive() },
             Self::Roll { id } => Command::Roll { id },

@@ -155,7 +155,7 @@ impl Outputs {
     pub fn tick(&mut self, stage: &mut Stage, complaints: &mut Complaints) {
         let Some(arena) = stage.world().arena() else { return };
         let stamp = stamp(arena);
-        let header = || Header { stamp: stamp.clone(), frame_id: self.frame_id.clone() };
+        let header = || Header { stamp, frame_id: self.frame_id.clone() };
         let states = &mut self.arena_states;
         if let Some(tap) = states.publisher.tap() {
             tap.record_states(header, |watcher| stage.look(watcher));

@@ -33,6 +33,7 @@ use crate::motion::arena::{Arena, Halt};
 use crate::publish::error_report::Totals;
 use crate::receive::{self, Cause, Standing};
 use crate::scene::Scene;
+use crate::scene::league::Team;
 use crate::world::{Command, DiscId, Instants, Outcome, Report};
 
 /// A stalled arena tries to go on after this.
@@ -252,9 +253,8 @@ impl<'a> Runner<'a> {
                 break;
             }
             if let Some(wire) = &mut self.wire {
-                wire.look(&mut self.stage, &mut self.complaints);
+                wire.look(&self.stage, &mut self.complaints);
             }
-            self.write_journal();
         }
     }
 
@@ -545,7 +545,8 @@ impl<'a> Runner<'a> {
             self.stall = None;
             self.live.restart();
             self.outputs.restart();
-            self.wire.iter_mut().for_each(Wire::restart);
+            let Self { wire, stage, complaints, .. } = self;
+            wire.iter_mut().for_each(|wire| wire.follow(stage, effect.pucks, complaints));
             self.status.restart(self.stage.world().arena(), Instant::now());
             self.tell_time();
         }
@@ -643,6 +644,11 @@ impl<'a> Runner<'a> {
     fn arena_outcome(&mut self, outcome: &mut Outcome) {
         let Some(arena) = self.stage.world().arena() else { return };
         self.outputs.arena_outcome(arena, outcome, &mut self.complaints);
+        for goal in &outcome.goals {
+            let team = if goal.team == Team::Blue as u8 { "blue" } else { "yellow" };
+            let [blue, yellow] = goal.score;
+            tracing::info!("goal for {team} at {:.3} s: blue {blue}, yellow {yellow}", goal.time);
+        }
         if !outcome.corrections.is_empty() {
             let header = self.outputs.header(arena);
             self.correct_robots(&header, &outcome.corrections);

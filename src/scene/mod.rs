@@ -25,10 +25,10 @@ use std::sync::Arc;
 
 use crate::plan::budget::Wish;
 use crate::plan::{Method, Plan};
-use crate::referee::{CRASH_SPEED_MPS, Referee};
+use crate::referee::{CRASH_SPEED_MPS, Posts, Referee};
 use crate::world::{Ball, Disc, Drive, Settings, World, limits};
 use glam::DVec2;
-use league::{Field, Member};
+use league::{Field, Member, Team};
 
 /// Everything that a run begins with.
 #[derive(Clone, Debug)]
@@ -98,12 +98,29 @@ impl Scene {
         self.settings.method.unwrap_or_else(|| Plan::of(&self.settings, &discs).method)
     }
 
-    /// Who watches the robots of its teams, if there are two.
+    /// Who watches the robots of its teams, if there are two, and the goals of its field.
     pub fn referee(&self) -> Option<Referee> {
         let team = |puck: &Puck| Some((puck.disc.id, puck.member?.team as u8));
         let robots: Vec<(u32, u8)> = self.pucks.iter().filter_map(team).collect();
         let are_two = robots.iter().any(|(_, team)| *team != robots[0].1);
-        are_two.then(|| Referee::new(&robots, CRASH_SPEED_MPS))
+        let referee = are_two.then(|| Referee::new(&robots, CRASH_SPEED_MPS))?;
+        let ball = self.pucks.iter().find(|puck| puck.ball.is_some());
+        Some(match (self.field, ball) {
+            (Some(field), Some(ball)) => referee.with_goals(self.posts(&field), ball.disc.id),
+            _ => referee,
+        })
+    }
+
+    /// A team's own goal is on the side on which it stands at first.
+    fn posts(&self, field: &Field) -> Posts {
+        let is_blue = |puck: &&Puck| puck.member.is_some_and(|member| member.team == Team::Blue);
+        let place: f64 = self.pucks.iter().filter(is_blue).map(|puck| puck.disc.position.x).sum();
+        let at_left = if place > 0.0 { Team::Blue } else { Team::Yellow };
+        Posts {
+            line: 0.5 * field.length,
+            half_width: 0.5 * field.goal_width,
+            scorer_at_left: at_left as u8,
+        }
     }
 
     /// The world at time 0.

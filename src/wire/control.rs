@@ -2,17 +2,18 @@
 //! simulator.
 //!
 //! Each part stands for itself: what is sound is done, what is not is told. What carom does not
-//! have (height, force, another field) is told too, and the rest of the part is done.
+//! have (height) is told too, and the rest of the part is done.
 
 use glam::DVec2;
 use prost::Message;
 
-use super::fault::{Code, Fault, Faults, optional};
+use super::fault::{Code, Fault, Faults, numbered, optional};
 use super::orders::{PlaceBall, PlaceRobot};
 use super::proto::simulation::{
     RealismConfig, RealismConfigErForce, SimulatorCommand, SimulatorConfig, SimulatorControl,
     SimulatorResponse, TeleportBall, TeleportRobot,
 };
+use super::proto::vision::SslGeometryData;
 use super::proto::{self, RobotId};
 use super::realism::Change;
 use super::specs::SpecsChange;
@@ -33,6 +34,8 @@ pub struct Control {
     pub realism: Option<Change>,
     /// Where vision is sent to from now on.
     pub vision_port: Option<u16>,
+    /// Which field it shall be: that of the scene can be asked for alone.
+    pub geometry: Option<SslGeometryData>,
 }
 
 /// What a datagram asks, and what is wrong with it.
@@ -75,9 +78,11 @@ impl Control {
     }
 
     fn read_config(&mut self, config: &SimulatorConfig, faults: &mut Faults) {
-        if config.geometry.is_some() {
-            let how = "the field is that of the scene; run another scene";
-            faults.add(Code::Unsupported, format!("config.geometry: {how}"));
+        if let Some(geometry) = &config.geometry {
+            match SslGeometryData::decode(geometry.as_slice()) {
+                Ok(geometry) => self.geometry = Some(geometry),
+                Err(error) => faults.add(Code::Unreadable, format!("config.geometry: {error}")),
+            }
         }
         faults.limit("robot_specs", config.robot_specs.len());
         for specs in config.robot_specs.iter().take(limits::COMMANDS_PER_DATAGRAM) {
@@ -123,20 +128,11 @@ pub fn name(what: &str, id: Option<RobotId>) -> Result<RobotName, Fault> {
             return Err(Fault::new(Code::Unknown, what));
         }
     };
-    if number >= limits::ROBOTS_PER_TEAM {
-        let most = limits::ROBOTS_PER_TEAM - 1;
-        let what = format!("{what}: robot {number}: must be 0 to {most}");
-        return Err(Fault::new(Code::Unknown, what));
-    }
-    Ok(RobotName { team, number })
+    numbered(RobotName { team, number })
 }
 
 fn place_robot(robot: &TeleportRobot, faults: &mut Faults) -> Option<PlaceRobot> {
     let name = faults.sift(name("teleport_robot", robot.id))?;
-    if robot.by_force == Some(true) {
-        faults.add(Code::Unsupported, format!("{name}: by_force: robots are placed, not pulled"));
-        return None;
-    }
     let read = || {
         let part = |of: &str, value, most| optional(&format!("{name}: {of}"), value, most);
         let speed = |of, value| Ok(part(of, value, limits::SPEED_MAX_MPS)?.unwrap_or(0.0));
@@ -148,37 +144,27 @@ fn place_robot(robot: &TeleportRobot, faults: &mut Faults) -> Option<PlaceRobot>
             velocity: DVec2::new(speed("v_x", robot.v_x)?, speed("v_y", robot.v_y)?),
             turn: part("v_angular", robot.v_angular, limits::TURN_MAX_RADPS)?.unwrap_or(0.0),
             present: robot.present,
+            by_force: robot.by_force == Some(true),
         })
     };
     faults.sift(read())
 }
 
 fn place_ball(ball: &TeleportBall, faults: &mut Faults) -> Option<PlaceBall> {
-    if ball.by_force == Some(true) {
-        faults.add(Code::Unsupported, "ball: by_force: the ball is placed, not pulled");
-        return None;
-    }
     let part = |of: &str, value, most| optional(&format!("ball: {of}"), value, most);
     let read = || {
         let height = part("z", ball.z, limits::PLACE_MAX_M)?;
         let rise = part("vz", ball.vz, limits::SPEED_MAX_MPS)?;
-        let place = PlaceBall {
-            x: part("x", ball.x, limits::PLACE_MAX_M)?,
-            y: part("y", ball.y, limits::PLACE_MAX_M)?,
-            vx: part("vx", ball.vx, limits::SPEED_MAX_MPS)?,
-            vy: part("vy", ball.vy, limits::SPEED_MAX_MPS)?,
-            roll: ball.roll.unwrap_or(false),
-        };
+        let place = PlaceBall::read([ball.x, ball.y, ball.vx, ball.vy].map(|it| it.map(f64::from)));
+        let (roll, safely) = (ball.roll == Some(true), ball.teleport_safely == Some(true));
+        let by_force = ball.by_force == Some(true);
+        let place = PlaceBall { roll, safely, by_force, ..place? };
         // On the ground its centre is a radius high: teams send 0, or that.
         Ok((place, height.unwrap_or(0.0).abs() > 0.05 || rise.unwrap_or(0.0) != 0.0))
     };
     let (place, flies) = faults.sift(read())?;
     if flies {
         faults.add(Code::Unsupported, "ball: z, vz: the ball stays on the ground");
-    }
-    if ball.teleport_safely == Some(true) {
-        let what = "ball: teleport_safely: robots are not moved; where one is, the ball is not put";
-        faults.add(Code::Unsupported, what);
     }
     Some(place)
 }
@@ -255,7 +241,6 @@ mod tests {
             (TeleportRobot { id: yellow(16), ..good }, Code::Unknown),
             (TeleportRobot { id: yellow(1), x: Some(f32::NAN), ..good }, Code::NotFinite),
             (TeleportRobot { id: yellow(1), v_y: Some(1e9), ..good }, Code::OutOfRange),
-            (TeleportRobot { id: yellow(1), by_force: Some(true), ..good }, Code::Unsupported),
         ];
         for (robot, code) in robots {
             let teleport_robot = vec![robot, good];
@@ -264,10 +249,10 @@ mod tests {
             assert_eq!((control.robots.len(), codes.as_slice()), (1, [code].as_slice()));
         }
         let config = SimulatorConfig { vision_port: Some(70_000), ..Default::default() };
-        let config = SimulatorConfig { geometry: Some(Vec::new()), ..config };
+        let config = SimulatorConfig { geometry: Some(vec![0xff]), ..config };
         let speed = SimulatorControl { simulation_speed: Some(-1.0), ..Default::default() };
         let (control, codes) = ask(speed, config);
-        assert_eq!(codes, [Code::OutOfRange, Code::Unsupported, Code::OutOfRange]);
+        assert_eq!(codes, [Code::OutOfRange, Code::Unreadable, Code::OutOfRange]);
         assert_eq!(control, Control::default());
     }
 

@@ -3,8 +3,8 @@
 //! Codes are a closed list, which teams' software may rely on. A datagram may be wrong in thousands
 //! of places: only so many are kept as an answer holds.
 
-use super::limits;
 use super::proto::simulation::SimulatorError;
+use super::{RobotName, limits};
 use crate::receive::Cause;
 
 /// What kind of fault.
@@ -172,4 +172,14 @@ pub fn bounded(what: &str, value: f64, most: f64) -> Result<f64, Fault> {
     } else {
         Ok(value)
     }
+}
+
+/// The name of a robot that a team may have.
+///
+/// # Errors
+/// [`Fault`] with the numbers that there are.
+pub fn numbered(name: RobotName) -> Result<RobotName, Fault> {
+    let most = limits::ROBOTS_PER_TEAM - 1;
+    let unknown = || Fault::new(Code::Unknown, format!("robot {name}: must be 0 to {most}"));
+    (name.number <= most).then_some(name).ok_or_else(unknown)
 }

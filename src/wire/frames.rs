@@ -6,8 +6,10 @@
 
 use glam::DVec2;
 
-use super::{RobotName, Team, View, limits};
-use crate::messages::{PlaneVector, RobotId, SpaceVector, TrackedBall, TrackedFrame, TrackedRobot};
+use super::{Kicked, RobotName, Team, View, limits};
+use crate::messages::{
+    KickedBall, PlaneVector, RobotId, SpaceVector, TrackedBall, TrackedFrame, TrackedRobot,
+};
 use crate::world::{Defect, Disc, DiscId, Report, limits::FIRST_PLAYER_ID};
 
 /// How large and heavy what a tracker sees is: it says nothing of it.
@@ -33,6 +35,8 @@ impl Default for Sizes {
 
 /// Balls have ids from here on, by their place in the frame.
 const FIRST_BALL_ID: DiscId = FIRST_PLAYER_ID + 2 * limits::ROBOTS_PER_TEAM;
+/// What the arena's frames have besides, as the tracker protocol numbers it.
+const DETECT_KICKED_BALLS: u32 = 3;
 /// Most balls of a frame that are circles.
 const BALLS: usize = 64;
 
@@ -156,8 +160,21 @@ pub fn of_view(view: &View, frame_number: u32) -> TrackedFrame {
         timestamp: view.time,
         balls: balls.into_iter().collect(),
         robots: robots.collect(),
-        kicked_ball: Vec::new(),
-        capabilities: Vec::new(),
+        kicked_ball: view.kicked.iter().map(kicked).collect(),
+        capabilities: vec![DETECT_KICKED_BALLS],
+    }
+}
+
+fn kicked(kick: &Kicked) -> KickedBall {
+    let (at, velocity) = (kick.position, kick.velocity);
+    let place = |(_, place): (f64, DVec2)| PlaneVector { x: place.x as f32, y: place.y as f32 };
+    KickedBall {
+        pos: PlaneVector { x: at.x as f32, y: at.y as f32 },
+        vel: SpaceVector { x: velocity.x as f32, y: velocity.y as f32, z: 0.0 },
+        start_timestamp: kick.time,
+        stop_timestamp: kick.stop.iter().map(|(time, _)| *time).collect(),
+        stop_pos: kick.stop.map(place).into_iter().collect(),
+        robot_id: kick.by.map(id).into_iter().collect(),
     }
 }
 

@@ -5,6 +5,7 @@
 
 use std::f64::consts::TAU;
 
+use super::fault::{Code, Fault};
 use super::field::Field;
 use super::proto::vision::{
     SslBallModelStraightTwoPhase, SslFieldCircularArc, SslFieldLineSegment, SslFieldShapeType,
@@ -53,6 +54,43 @@ fn size(field: &Field, things: Things) -> SslGeometryFieldSize {
         ball_radius: Some((things.ball_radius * 1e3) as f32),
         max_robot_radius: Some((things.robot_radius * 1e3) as f32),
     }
+}
+
+/// What of a geometry that is asked for is not so in the one that is told; nothing = it is the
+/// same field, as far as it says. Lines follow from the sizes, and cameras are carom's: neither is
+/// looked at.
+pub fn differences(asked: &SslGeometryData, told: &SslGeometryData) -> Option<Fault> {
+    let (field, own) = (&asked.field, &told.field);
+    let required = [
+        ("field_length", field.field_length, own.field_length),
+        ("field_width", field.field_width, own.field_width),
+        ("goal_width", field.goal_width, own.goal_width),
+        ("goal_depth", field.goal_depth, own.goal_depth),
+        ("boundary_width", field.boundary_width, own.boundary_width),
+    ];
+    let optional = [
+        ("penalty_area_depth", field.penalty_area_depth, own.penalty_area_depth),
+        ("penalty_area_width", field.penalty_area_width, own.penalty_area_width),
+        ("center_circle_radius", field.center_circle_radius, own.center_circle_radius),
+    ];
+    let optional = optional.into_iter().filter_map(|(name, a, b)| Some((name, a?, b?)));
+    let differs = |(_, a, b): &(&str, i32, i32)| a != b;
+    let line = |(name, a, b)| format!("{name} {a}, here {b} mm");
+    let mut lines: Vec<String> =
+        required.into_iter().chain(optional).filter(differs).map(line).collect();
+    let model = |data: &SslGeometryData| data.models.and_then(|models| models.straight_two_phase);
+    if let (Some(a), Some(b)) = (model(asked), model(told)) {
+        let rows = [
+            ("acc_slide", a.acc_slide, b.acc_slide),
+            ("acc_roll", a.acc_roll, b.acc_roll),
+            ("k_switch", a.k_switch, b.k_switch),
+        ];
+        let differs = rows.into_iter().filter(|(_, a, b)| (a - b).abs() > 1e-6);
+        lines.extend(differs.map(|(name, a, b)| format!("{name} {a}, here {b}")));
+    }
+    let how = "the field is that of the scene; run or load another scene";
+    let message = format!("config.geometry: {}: {how}", lines.join("; "));
+    (!lines.is_empty()).then(|| Fault::new(Code::Unsupported, message))
 }
 
 fn millimetres(metres: f64) -> i32 {
@@ -146,5 +184,27 @@ mod tests {
         assert_eq!(line("LeftFieldLeftPenaltyStretch"), (-4_500.0, 1_000.0, -3_500.0, 1_000.0));
         assert_eq!(size.field_arcs[0].radius, 500.0);
         assert_eq!((size.ball_radius, data.calib.len()), (Some(21.5), 4));
+    }
+    #[test]
+    fn a_geometry_that_is_asked_for_is_the_same_or_is_told_how_it_differs() {
+        let things = Things { ball_radius: 0.0215, robot_radius: 0.09 };
+        let ball =
+            SslBallModelStraightTwoPhase { acc_slide: -3.0, acc_roll: -0.26, k_switch: 0.64 };
+        let told = data(&division_b(), &Cameras::new(1, &division_b()), things, Some(ball));
+        assert_eq!(differences(&told, &told), None);
+        let mut asked = told.clone();
+        (asked.calib, asked.models, asked.field.center_circle_radius) = (Vec::new(), None, None);
+        asked.field.field_lines.clear();
+        assert_eq!(differences(&asked, &told), None, "what it does not say is no difference");
+        (asked.field.field_length, asked.field.goal_width) = (12_000, 1_800);
+        let model = SslBallModelStraightTwoPhase { acc_roll: -0.3, ..ball };
+        asked.models = Some(SslGeometryModels { straight_two_phase: Some(model) });
+        // Two sizes are other ones.
+        let fault = differences(&asked, &told).expect("they differ");
+        assert_eq!(fault.code, Code::Unsupported);
+        for part in ["field_length 12000, here 9000 mm", "goal_width 1800", "acc_roll -0.3, here"] {
+            assert!(fault.message.contains(part), "{fault}");
+        }
+        assert!(!fault.message.contains("field_width"), "{fault}");
     }
 }

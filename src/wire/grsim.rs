@@ -1,15 +1,18 @@
 //! grSim's older packets on port 20011, which consai and crane send: commands and replacements.
 //!
-//! Wheels are told by their turning rates, angles of replacements in degrees. What is wrong is
-//! counted; the status that grSim sends back is not sent.
+//! Wheels are told by their turning rates, angles of replacements in degrees. There is no answer
+//! for what is wrong: it is counted. What has changed with robots is told to whoever sends a
+//! packet, by a datagram for each team.
+
+use std::collections::BTreeMap;
 
 use glam::DVec2;
 use prost::Message;
 
-use super::fault::{Code, Fault, Faults, bounded, number, optional};
+use super::fault::{Code, Fault, Faults, bounded, number, numbered, optional};
 use super::orders::{Asked, Kick, Motion, Order, PlaceBall, PlaceRobot};
 use super::proto::grsim::{
-    GrSimBallReplacement, GrSimPacket, GrSimRobotCommand, GrSimRobotReplacement,
+    GrSimPacket, GrSimRobotCommand, GrSimRobotReplacement, RobotStatus, RobotsStatus,
 };
 use super::{RobotName, Team, limits};
 
@@ -28,6 +31,7 @@ pub fn read(datagram: &[u8], is_there: impl Fn(RobotName) -> bool) -> (Asked, Fa
     };
     if let Some(commands) = &packet.commands {
         let team = team(commands.isteamyellow);
+        asked.team = Some(team);
         faults.limit("robot_commands", commands.robot_commands.len());
         for command in commands.robot_commands.iter().take(limits::COMMANDS_PER_DATAGRAM) {
             let name = RobotName { team, number: command.id.unwrap_or(u32::MAX) };
@@ -39,7 +43,8 @@ pub fn read(datagram: &[u8], is_there: impl Fn(RobotName) -> bool) -> (Asked, Fa
         }
     }
     let Some(replacement) = &packet.replacement else { return (asked, faults) };
-    asked.ball = replacement.ball.as_ref().and_then(|ball| faults.sift(place_ball(ball)));
+    let ball = replacement.ball.map(|ball| PlaceBall::read([ball.x, ball.y, ball.vx, ball.vy]));
+    asked.ball = ball.and_then(|ball| faults.sift(ball));
     faults.limit("robots", replacement.robots.len());
     for robot in replacement.robots.iter().take(limits::COMMANDS_PER_DATAGRAM) {
         let Some(place) = faults.sift(place_robot(robot)) else { continue };
@@ -47,6 +52,37 @@ pub fn read(datagram: &[u8], is_there: impl Fn(RobotName) -> bool) -> (Asked, Fa
         asked.robots.push(place);
     }
     (asked, faults)
+}
+
+/// A robot as its status has it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Status {
+    /// Whether it has the ball at its kicker.
+    pub has_ball: bool,
+    /// Whether it has just kicked along the ground.
+    pub kicks: bool,
+    /// Whether it has just chipped.
+    pub chips: bool,
+}
+
+/// What has been told of robots: of one that is not in it, that it has no ball and does not kick.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Told(BTreeMap<RobotName, Status>);
+
+impl Told {
+    /// What there is to tell of a team that is like this now, as a datagram.
+    pub fn news(&mut self, now: impl Iterator<Item = (RobotName, Status)>) -> Option<Vec<u8>> {
+        let mut robots_status = Vec::new();
+        for (name, status) in now {
+            if self.0.insert(name, status).unwrap_or_default() == status {
+                continue;
+            }
+            let Status { has_ball: infrared, kicks: flat_kick, chips: chip_kick } = status;
+            let robot_id = name.number as i32;
+            robots_status.push(RobotStatus { robot_id, infrared, flat_kick, chip_kick });
+        }
+        (!robots_status.is_empty()).then(|| RobotsStatus { robots_status }.encode_to_vec())
+    }
 }
 
 fn team(is_yellow: Option<bool>) -> Team {
@@ -82,26 +118,10 @@ fn order(name: RobotName, command: &GrSimRobotCommand) -> Result<Order, Fault> {
     Ok(Order { motion: Some(motion), kick: Some(kick), dribble: command.spinner })
 }
 
-fn place_ball(ball: &GrSimBallReplacement) -> Result<PlaceBall, Fault> {
-    let part = |of: &str, value: Option<f64>, most| {
-        value.map(|value| bounded(&format!("ball: {of}"), value, most)).transpose()
-    };
-    Ok(PlaceBall {
-        x: part("x", ball.x, limits::PLACE_MAX_M)?,
-        y: part("y", ball.y, limits::PLACE_MAX_M)?,
-        vx: part("vx", ball.vx, limits::SPEED_MAX_MPS)?,
-        vy: part("vy", ball.vy, limits::SPEED_MAX_MPS)?,
-        roll: false,
-    })
-}
-
 fn place_robot(robot: &GrSimRobotReplacement) -> Result<PlaceRobot, Fault> {
     let missing = || Fault::new(Code::Unreadable, "grSim_RobotReplacement.id is missing");
-    let name = RobotName { team: team(robot.yellowteam), number: robot.id.ok_or_else(missing)? };
-    if name.number >= limits::ROBOTS_PER_TEAM {
-        let most = limits::ROBOTS_PER_TEAM - 1;
-        return Err(Fault::new(Code::Unknown, format!("robot {name}: 0 to {most}")));
-    }
+    let number = robot.id.ok_or_else(missing)?;
+    let name = numbered(RobotName { team: team(robot.yellowteam), number })?;
     let part = |of: &str, value: Option<f64>, most| {
         value.map(|value| bounded(&format!("{name}: {of}"), value, most)).transpose()
     };
@@ -113,12 +133,13 @@ fn place_robot(robot: &GrSimRobotReplacement) -> Result<PlaceRobot, Fault> {
         velocity: DVec2::ZERO,
         turn: 0.0,
         present: robot.turnon,
+        by_force: false,
     })
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::proto::grsim::{GrSimCommands, GrSimReplacement};
+    use super::super::proto::grsim::{GrSimBallReplacement, GrSimCommands, GrSimReplacement};
     use super::*;
 
     #[test]
@@ -167,5 +188,24 @@ mod tests {
         assert_eq!(asked.robots[0].heading, Some(std::f64::consts::FRAC_PI_2));
         assert_eq!(asked.robots[0].present, Some(false));
         assert_eq!(asked.ball.map(|ball| (ball.x, ball.vx)), Some((Some(1.0), None)));
+    }
+    #[test]
+    fn only_what_has_changed_is_told() {
+        let name = |number| RobotName { team: Team::Blue, number };
+        let has_ball = Status { has_ball: true, ..Status::default() };
+        let mut told = Told::default();
+        let mut tell = |now: &[(RobotName, Status)]| {
+            let news = told.news(now.iter().copied());
+            // It is ours.
+            news.map(|it| RobotsStatus::decode(it.as_slice()).expect("a status").robots_status)
+        };
+        assert_eq!(tell(&[(name(0), Status::default())]), None);
+        let both = [(name(0), Status::default()), (name(3), has_ball)];
+        let expected = RobotStatus { robot_id: 3, infrared: true, ..RobotStatus::default() };
+        assert_eq!(tell(&both), Some(vec![expected]));
+        assert_eq!(tell(&both), None);
+        let kicks = Status { kicks: true, ..Status::default() };
+        let expected = RobotStatus { robot_id: 3, flat_kick: true, ..RobotStatus::default() };
+        assert_eq!(tell(&[(name(3), kicks)]), Some(vec![expected]));
     }
 }

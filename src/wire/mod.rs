@@ -10,6 +10,7 @@
 //! | [`proto`] | the messages |
 //! | [`robots`], [`control`], [`vsss`], [`grsim`] | what a datagram asks, or what is wrong in it |
 //! | [`orders`] | what may be asked of robots and ball, and the commands that it becomes |
+//! | [`room`] | where a robot that makes way may stand |
 //! | [`specs`] | what a robot is: wheels, limits, kicker |
 //! | [`field`], [`geometry`] | the field of a league, and how it is told |
 //! | [`vision`], [`realism`] | cameras, and how badly they see |
@@ -32,6 +33,8 @@ pub mod vsss;
 pub mod grsim;
 
 pub mod orders;
+
+pub mod room;
 
 pub mod specs;
 
@@ -101,6 +104,26 @@ pub struct View {
     pub ball: Option<(DVec2, DVec2)>,
     /// The robots, by their names.
     pub robots: Vec<Seen>,
+    /// Goals of blue and yellow.
+    pub score: [u32; 2],
+    /// The ball's last kick, if it still moves from there.
+    pub kicked: Option<Kicked>,
+}
+
+/// A ball that a robot has kicked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Kicked {
+    /// Who has, if it is still there.
+    pub by: Option<RobotName>,
+    /// Where the ball was, m.
+    pub position: DVec2,
+    /// Its velocity then, m/s.
+    pub velocity: DVec2,
+    /// When, s of simulated time.
+    pub time: f64,
+    /// When (s of simulated time) and where (m) it will stop if it meets nobody; nothing if it
+    /// never does.
+    pub stop: Option<(f64, DVec2)>,
 }
 
 /// A robot at one instant.

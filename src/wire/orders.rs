@@ -8,8 +8,9 @@ use std::collections::BTreeMap;
 
 use glam::DVec2;
 
-use super::RobotName;
+use super::fault::{Fault, bounded};
 use super::specs::Specs;
+use super::{RobotName, Team, limits};
 use crate::world::{Command, DiscId, Frame, Wanted};
 
 /// How a robot shall move.
@@ -54,6 +55,13 @@ pub struct Order {
     pub dribble: Option<bool>,
 }
 
+impl Kick {
+    /// Whether it is told as a chip: 1 m/s or more upward, as in grSim.
+    pub fn is_chip(&self) -> bool {
+        self.speed * libm::sin(self.angle) >= 1.0
+    }
+}
+
 impl Order {
     /// The commands that it becomes, for a robot of this id and radius (m).
     pub fn commands(&self, id: DiscId, radius: f64, specs: &Specs) -> Vec<Command> {
@@ -67,8 +75,8 @@ impl Order {
         });
         let drive = wanted.map(|wanted| Command::Drive { id, wanted });
         let dribble = self.dribble.map(|on| Command::Dribble { id, on });
-        let kick = self.kick.filter(|kick| kick.speed > 0.0);
-        let kick = kick.map(|kick| Command::Kick { id, speed: specs.along_the_ground(kick) });
+        let kick = |kick| Command::Kick { id, speed: specs.along_the_ground(kick) };
+        let kick = self.kick.map(kick);
         [drive, dribble, kick].into_iter().flatten().collect()
     }
 }
@@ -119,6 +127,8 @@ pub struct PlaceRobot {
     pub turn: f64,
     /// Whether it shall be on the field at all; nothing = as before.
     pub present: Option<bool>,
+    /// Whether a force brings it there.
+    pub by_force: bool,
 }
 
 impl PlaceRobot {
@@ -145,6 +155,34 @@ pub struct PlaceBall {
     pub vy: Option<f64>,
     /// Whether it rolls from there, instead of sliding first.
     pub roll: bool,
+    /// Whether robots make way for it, and those beside it stand still.
+    pub safely: bool,
+    /// Whether a force brings it there.
+    pub by_force: bool,
+}
+
+impl PlaceBall {
+    /// Whether it says where the ball shall be, or how fast.
+    pub fn moves(&self) -> bool {
+        [self.x, self.y, self.vx, self.vy].iter().any(Option::is_some) || self.roll
+    }
+
+    /// Of place (m) and velocity (m/s), and no more.
+    ///
+    /// # Errors
+    /// [`Fault`] with the name of the number.
+    pub fn read([x, y, vx, vy]: [Option<f64>; 4]) -> Result<Self, Fault> {
+        let part = |of: &str, value: Option<f64>, most| {
+            value.map(|value| bounded(&format!("ball: {of}"), value, most)).transpose()
+        };
+        Ok(Self {
+            x: part("x", x, limits::PLACE_MAX_M)?,
+            y: part("y", y, limits::PLACE_MAX_M)?,
+            vx: part("vx", vx, limits::SPEED_MAX_MPS)?,
+            vy: part("vy", vy, limits::SPEED_MAX_MPS)?,
+            ..Self::default()
+        })
+    }
 }
 
 /// What a packet asks in which all of it may stand.
@@ -152,6 +190,8 @@ pub struct PlaceBall {
 pub struct Asked {
     /// Of robots.
     pub orders: Orders,
+    /// Whose robots, where a packet is one team's and there is status to be told.
+    pub team: Option<Team>,
     /// Where robots shall be, each once.
     pub robots: Vec<PlaceRobot>,
     /// Where the ball shall be.
@@ -160,7 +200,6 @@ pub struct Asked {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Team;
     use super::super::field::division_b;
     use super::*;
 

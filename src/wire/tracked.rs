@@ -1,14 +1,16 @@
 //! Tracked frames: places with velocities, in metres, as a tracker tells them.
 //!
-//! carom need not track: it knows. A prediction is none of its affairs.
+//! carom need not track: it knows. Of a kicked ball it tells where it will stop by the closed form
+//! of its motion, as long as nobody is in the way.
 
 use prost::Message;
 
 use super::proto::RobotId;
 use super::proto::tracked::{
-    TrackedBall, TrackedFrame, TrackedRobot, TrackerWrapperPacket, Vector2, Vector3,
+    Capability, KickedBall, TrackedBall, TrackedFrame, TrackedRobot, TrackerWrapperPacket, Vector2,
+    Vector3,
 };
-use super::{RobotName, Team, View, proto};
+use super::{Kicked, RobotName, Team, View, proto};
 use glam::DVec2;
 
 /// The name of the source.
@@ -34,7 +36,20 @@ pub fn frame(view: &View, number: u32, timestamp: f64) -> TrackedFrame {
         timestamp,
         balls: ball.into_iter().collect(),
         robots: robots.collect(),
-        capabilities: Vec::new(),
+        kicked_ball: view.kicked.map(|kick| kicked(&kick, timestamp - view.time)),
+        capabilities: vec![Capability::DetectKickedBalls as i32],
+    }
+}
+
+/// A kick, with the time (s since the Unix epoch) at which the simulation began.
+fn kicked(kick: &Kicked, epoch: f64) -> KickedBall {
+    KickedBall {
+        pos: plane(kick.position),
+        vel: space(kick.velocity),
+        start_timestamp: epoch + kick.time,
+        stop_timestamp: kick.stop.map(|(time, _)| epoch + time),
+        stop_pos: kick.stop.map(|(_, place)| plane(place)),
+        robot_id: kick.by.map(id),
     }
 }
 

@@ -228,7 +228,7 @@ mod tests {
         let (heading, turn, radius, height) = (0.5, 0.0, 0.09, 0.15);
         let robot = Seen { name, position, velocity, heading, turn, radius, height };
         let ball = Some((DVec2::new(0.1, -0.2), DVec2::X));
-        View { time: 1.0, ball, robots: vec![robot] }
+        View { time: 1.0, ball, robots: vec![robot], ..View::default() }
     }
 
     #[test]

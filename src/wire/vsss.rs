@@ -6,12 +6,10 @@
 use glam::DVec2;
 use prost::Message;
 
-use super::fault::{Code, Fault, Faults, bounded};
+use super::fault::{Code, Fault, Faults, bounded, numbered};
 use super::field::Field;
 use super::orders::{Asked, Motion, Order, PlaceBall, PlaceRobot};
-use super::proto::fira::{
-    self, BallReplacement, Command, Environment, Frame, Packet, RobotReplacement,
-};
+use super::proto::fira::{self, Command, Environment, Frame, Packet, RobotReplacement};
 use super::{RobotName, Seen, Team, View, limits};
 
 /// Radius of a wheel, m (FIRASim, `Parsian.ini`).
@@ -41,7 +39,8 @@ pub fn read(datagram: &[u8], radius: impl Fn(RobotName) -> Option<f64>) -> (Aske
         asked.orders.add(name, Order { motion: Some(motion), ..Order::default() });
     }
     let Some(replace) = &packet.replace else { return (asked, faults) };
-    asked.ball = replace.ball.as_ref().and_then(|ball| faults.sift(place_ball(ball)));
+    let ball = replace.ball.map(|it| PlaceBall::read([it.x, it.y, it.vx, it.vy].map(Some)));
+    asked.ball = ball.and_then(|ball| faults.sift(ball));
     faults.limit("robots", replace.robots.len());
     for robot in replace.robots.iter().take(limits::COMMANDS_PER_DATAGRAM) {
         let Some(place) = faults.sift(place_robot(robot)) else { continue };
@@ -64,26 +63,12 @@ fn motion(name: RobotName, command: &Command, radius: f64) -> Result<Motion, Fau
     Ok(Motion::Own { linear: DVec2::new(0.5 * (left + right), 0.0), turn })
 }
 
-fn place_ball(ball: &BallReplacement) -> Result<PlaceBall, Fault> {
-    let part = |of: &str, value, most| bounded(&format!("ball: {of}"), value, most).map(Some);
-    Ok(PlaceBall {
-        x: part("x", ball.x, limits::PLACE_MAX_M)?,
-        y: part("y", ball.y, limits::PLACE_MAX_M)?,
-        vx: part("vx", ball.vx, limits::SPEED_MAX_MPS)?,
-        vy: part("vy", ball.vy, limits::SPEED_MAX_MPS)?,
-        roll: false,
-    })
-}
-
 /// Angles of a replacement are in degrees, though those of the environment are in radians.
 fn place_robot(robot: &RobotReplacement) -> Result<PlaceRobot, Fault> {
     let missing = || Fault::new(Code::Unreadable, "RobotReplacement.position is missing");
     let position = robot.position.ok_or_else(missing)?;
-    let name = RobotName { team: team(robot.yellowteam), number: position.robot_id };
-    if name.number >= limits::ROBOTS_PER_TEAM {
-        let most = limits::ROBOTS_PER_TEAM - 1;
-        return Err(Fault::new(Code::Unknown, format!("robot {name}: 0 to {most}")));
-    }
+    let number = position.robot_id;
+    let name = numbered(RobotName { team: team(robot.yellowteam), number })?;
     let part = |of: &str, value, most| bounded(&format!("{name}: {of}"), value, most);
     let degrees = part("orientation", position.orientation, 1e6)?;
     Ok(PlaceRobot {
@@ -97,6 +82,7 @@ fn place_robot(robot: &RobotReplacement) -> Result<PlaceRobot, Fault> {
         ),
         turn: part("vorientation", position.vorientation, limits::TURN_MAX_RADPS)?,
         present: Some(robot.turnon),
+        by_force: false,
     })
 }
 
@@ -126,7 +112,7 @@ pub fn environment(view: &View, step: u32, field: &Field) -> Vec<u8> {
         penalty_depth: field.marks.penalty_depth,
         penalty_point: field.penalty_mark_m,
     };
-    let (goals_blue, goals_yellow) = (0, 0);
+    let [goals_blue, goals_yellow] = view.score;
     let (frame, field) = (Some(frame), Some(field));
     Environment { step, frame, field, goals_blue, goals_yellow }.encode_to_vec()
 }
@@ -145,7 +131,7 @@ fn robot(robot: &Seen) -> fira::Robot {
 
 #[cfg(test)]
 mod tests {
-    use super::super::proto::fira::{Commands, Replacement};
+    use super::super::proto::fira::{BallReplacement, Commands, Replacement};
     use super::*;
 
     fn ask(packet: &Packet) -> (Asked, Vec<Code>) {

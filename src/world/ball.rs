@@ -85,6 +85,20 @@ impl Ball {
         (motion, way + more)
     }
 
+    /// After how long it stands if it meets nobody, s; infinite if it never does.
+    pub fn rests_after(&self, motion: BallMotion) -> f64 {
+        let (slip, left) = (motion.velocity - motion.spin, 1.0 - self.switch_ratio);
+        let slides_for = left * slip.length() / self.sliding;
+        match (motion.velocity - slip * left).length() {
+            0.0 => slides_for,
+            _ if self.rolling == 0.0 => f64::INFINITY,
+            speed if self.drag > 0.0 => {
+                slides_for + libm::log1p(self.drag * speed / self.rolling) / self.drag
+            }
+            speed => slides_for + speed / self.rolling,
+        }
+    }
+
     fn roll(&self, velocity: DVec2, time: f64) -> (BallMotion, DVec2) {
         let speed = velocity.length();
         if self.drag > 0.0 && speed > 0.0 {
@@ -120,6 +134,19 @@ impl Ball {
     }
 }
 
+/// The kick from which a ball moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Kick {
+    /// Who kicked.
+    pub robot: DiscId,
+    /// Where the ball was, m.
+    pub position: DVec2,
+    /// Its velocity just after, m/s.
+    pub velocity: DVec2,
+    /// When, s.
+    pub time: f64,
+}
+
 /// A ball of an arena.
 #[derive(Clone, Debug)]
 pub(super) struct Rolling {
@@ -137,6 +164,10 @@ pub(super) struct Rolling {
     touched_at: Option<f64>,
     /// Whether a dribbler has it: it goes where that goes.
     pub held: bool,
+    /// The kick from which it moves; none once it stood, was held, or was moved by hand.
+    pub kick: Option<Kick>,
+    /// Where a force draws it, if one does, m.
+    pub pulled_to: Option<DVec2>,
 }
 
 impl Rolling {
@@ -144,7 +175,8 @@ impl Rolling {
     pub fn new(id: DiscId, ball: Ball) -> Self {
         let motion = BallMotion::default();
         let (origin, given) = (DVec2::NAN, DVec2::NAN);
-        Self { id, ball, origin, motion, since: 0.0, given, touched_at: None, held: false }
+        let (since, touched_at, held, kick, pulled_to) = (0.0, None, false, None, None);
+        Self { id, ball, origin, motion, since, given, touched_at, held, kick, pulled_to }
     }
 
     /// Takes note of contacts on the way.
@@ -186,11 +218,12 @@ impl Rolling {
     pub fn follow(&mut self, disc: &Disc, now: f64, next: f64) -> DVec2 {
         let undisturbed = self.touched_at.is_none() && disc.velocity == self.given && !self.held;
         let motion = self.motion(disc, now);
+        let stands = motion == BallMotion::default();
+        self.kick = self.kick.filter(|_| !stands);
         if !undisturbed {
             return self.begin(disc, motion, now, next);
         }
         let (_, way) = self.ball.after(self.motion, next - self.since);
-        let stands = motion == BallMotion::default();
         self.given =
             if stands { DVec2::ZERO } else { (self.origin + way - disc.position) / (next - now) };
         self.given
@@ -200,15 +233,10 @@ impl Rolling {
     /// returns the velocity until the next tick. It rolls.
     pub fn hold(&mut self, disc: &Disc, front: &Front, grip: f64, now: f64, next: f64) -> DVec2 {
         let before = self.motion(disc, now).velocity;
-        let (tick, lag) = (next - now, front.now - disc.position);
-        // Not so fast that it could not stop there: v tick + v^2 / (2 grip) = the distance.
-        let distance = lag.length();
-        let per_second = 2.0 / (tick + (tick * tick + 2.0 * distance / grip).sqrt());
-        let wanted = (front.next - front.now) / tick + lag * per_second;
-        self.given = before + (wanted - before).clamp_length_max(grip * tick);
+        self.given = drawn(before, disc.position, front, grip, next - now);
         (self.origin, self.motion, self.since) =
             (disc.position, BallMotion::rolling(self.given), now);
-        (self.touched_at, self.held) = (None, true);
+        (self.touched_at, self.held, self.kick) = (None, true, None);
         self.given
     }
 }
@@ -219,4 +247,22 @@ pub(super) struct Front {
     pub now: DVec2,
     /// At the next tick.
     pub next: DVec2,
+}
+
+impl Front {
+    /// A place that stays.
+    pub fn fixed(place: DVec2) -> Self {
+        Self { now: place, next: place }
+    }
+}
+
+/// The velocity in the coming tick (s) of something that is drawn to a place that moves, with no
+/// more than this acceleration, m/s^2.
+pub(super) fn drawn(before: DVec2, at: DVec2, front: &Front, most: f64, tick: f64) -> DVec2 {
+    // Not so fast that it could not stop there: v tick + v^2 / (2 most) = the distance.
+    let lag = front.now - at;
+    let distance = lag.length();
+    let per_second = 2.0 / (tick + (tick * tick + 2.0 * distance / most).sqrt());
+    let wanted = (front.next - front.now) / tick + lag * per_second;
+    before + (wanted - before).clamp_length_max(most * tick)
 }

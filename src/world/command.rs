@@ -7,7 +7,7 @@ use super::disc::{Defect, Disc, DiscId};
 use super::drives::{Drive, Wanted};
 use crate::detect::TooManyPairs;
 use crate::motion::arena::Halt;
-use crate::referee::Crash;
+use crate::referee::{Crash, Goal};
 
 /// Something asked of the world, by a topic or a program.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,12 +28,14 @@ pub enum Command {
         /// Where to.
         wanted: Wanted,
     },
-    /// A robot kicks along its heading, if a ball is in the mouth of its [kicker](super::Kicker) at
-    /// this instant; or else nothing happens.
+    /// A robot kicks along its heading as soon as a ball is in the mouth of its
+    /// [kicker](super::Kicker): at this instant, or at the first control tick at which one is. It
+    /// waits until then, or until another command to kick, or the command time-out.
     Kick {
         /// The robot.
         id: DiscId,
-        /// Speed of the ball along the heading, m/s, 0 or more; above what the kicker can, that.
+        /// Speed of the ball along the heading, m/s; above what the kicker can, that. 0 = it kicks
+        /// no more.
         speed: f64,
     },
     /// The dribbler of a robot runs from now on, or does not. A command time-out stops it.
@@ -42,6 +44,15 @@ pub enum Command {
         id: DiscId,
         /// Whether it runs.
         on: bool,
+    },
+    /// A force draws a robot or a ball to a place from now on, whatever it is commanded, and keeps
+    /// it there, with an acceleration of [`PULL_MPS2`](super::PULL_MPS2) at most; it runs into what
+    /// is in its way. [`Command::PlacePuck`] ends it too.
+    Pull {
+        /// The robot or ball.
+        id: DiscId,
+        /// Where its centre shall be, m; nothing = no force any more.
+        to: Option<DVec2>,
     },
     /// A robot looks elsewhere from now on.
     Turn {
@@ -118,6 +129,8 @@ pub struct Outcome {
     pub contacts: Vec<Contact>,
     /// Crashes of robots, where [somebody watches](super::World::watch), in the order of time.
     pub crashes: Vec<Crash>,
+    /// Goals, where somebody watches a field, in the order of time.
+    pub goals: Vec<Goal>,
     /// What observed circles must do after contacts with simulated pucks: the latest velocity each,
     /// by id.
     pub corrections: Vec<(DiscId, DVec2)>,

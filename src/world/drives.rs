@@ -9,24 +9,33 @@
 //! **Kicker and dribbler.** A ball is in the mouth of a robot when it is seen from the robot's
 //! centre within [`Kicker::half_angle`] of the heading and the gap between the two is
 //! [`Kicker::reach`] at most. A kick there gives the ball the speed that is asked for along the
-//! heading, whatever speed it had; across the heading, and in its spin, nothing changes. A dribbler
-//! that is on has the nearest ball in its mouth at every tick: it gets the velocity that brings it
-//! to the front of the robot, [`HOLD_GAP_M`] from it, as soon as it can stop there, and then keeps
-//! it there while the robot drives and turns, with no larger acceleration than [`Kicker::grip`];
-//! one that lags behind so far that it leaves the mouth is lost. A held ball rolls
-//! when it is let go. After a kick the dribbler lets a ball go until none is in the mouth. Neither
-//! conserves momentum: the robot's wheels pass the recoil on to the floor.
+//! heading, whatever speed it had; across the heading, and in its spin, nothing changes. A robot
+//! told to kick without a ball there waits for one: it kicks at the first tick at which one is in
+//! its mouth, unless it is told not to, or the command is too old, before that. A dribbler that is
+//! on has the nearest ball in its mouth at every tick: it gets the velocity that brings it to the
+//! front of the robot, [`HOLD_GAP_M`] from it, as soon as it can stop there, and then keeps it
+//! there while the robot drives and turns, with no larger acceleration than [`Kicker::grip`]; one
+//! that lags behind so far that it leaves the mouth is lost. A held ball rolls when it is let go.
+//! After a kick the dribbler lets a ball go until none is in the mouth. Neither conserves momentum:
+//! the robot's wheels pass the recoil on to the floor.
+//!
+//! **Pull.** A force from outside draws a robot or a ball to a place and keeps it there, in the way
+//! a dribbler does and with at most [`PULL_MPS2`], whatever drive and friction would do. A robot
+//! turns as it is commanded meanwhile.
 
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
-use super::ball::{Ball, BallMotion, Front, Rolling};
+use super::ball::{Ball, BallMotion, Front, Kick, Rolling, drawn};
 use super::contact::Contact;
 use super::disc::{Disc, DiscId};
 
 /// Distance at which a dribbler holds a ball from its robot, m: so the two do not collide all the
 /// time.
 pub const HOLD_GAP_M: f64 = 1e-3;
+
+/// Acceleration with which a force from outside draws a robot or a ball to a place, m/s^2.
+pub const PULL_MPS2: f64 = 10.0;
 
 /// Which velocities a robot can have.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -134,8 +143,22 @@ struct Robot {
     /// Simulated time of the last command, s; infinite once it was too long ago.
     commanded_at: f64,
     dribbles: bool,
+    armed: Option<Armed>,
     /// It has kicked, and the ball may still be in its mouth.
     has_kicked: bool,
+    /// When it last kicked a ball, s.
+    kicked_at: Option<f64>,
+    /// Where a force draws it, if one does, m.
+    pulled_to: Option<DVec2>,
+}
+
+/// A kick that waits for a ball.
+#[derive(Clone, Copy, Debug)]
+struct Armed {
+    /// Along the heading, m/s.
+    speed: f64,
+    /// Simulated time of its command, s.
+    since: f64,
 }
 
 /// All driven pucks, and the balls.
@@ -161,8 +184,19 @@ impl Drives {
     pub fn add(&mut self, id: DiscId, drive: Drive) {
         let pose = Pose { heading: drive.heading, turn: 0.0 };
         let (wanted, commanded_at) = (Wanted::default(), f64::INFINITY);
-        let (dribbles, has_kicked) = (false, false);
-        self.robots.push(Robot { id, drive, pose, wanted, commanded_at, dribbles, has_kicked });
+        let (dribbles, armed, has_kicked, kicked_at) = (false, None, false, None);
+        self.robots.push(Robot {
+            id,
+            drive,
+            pose,
+            wanted,
+            commanded_at,
+            dribbles,
+            armed,
+            has_kicked,
+            kicked_at,
+            pulled_to: None,
+        });
     }
 
     /// A puck is a ball from now on; returns the velocity that it has until the next tick.
@@ -214,6 +248,14 @@ impl Drives {
         robot.map(|robot| robot.dribbles = on).is_some()
     }
 
+    /// Draws a robot or a ball to a place, m, or no more; whether it is one.
+    pub fn pull(&mut self, id: DiscId, to: Option<DVec2>) -> bool {
+        let robot = self.robots.iter_mut().find(|robot| robot.id == id);
+        let robot = robot.map(|robot| robot.pulled_to = to).is_some();
+        let ball = self.balls.iter_mut().find(|ball| ball.id == id);
+        ball.map(|ball| ball.pulled_to = to).is_some() || robot
+    }
+
     /// Whether a puck is a ball.
     pub fn is_ball(&self, id: DiscId) -> bool {
         self.balls.iter().any(|ball| ball.id == id)
@@ -229,7 +271,13 @@ impl Drives {
     pub fn move_ball(&mut self, disc: &Disc, motion: BallMotion, now: f64) -> Option<DVec2> {
         let next = self.next_after(now);
         let ball = self.balls.iter_mut().find(|ball| ball.id == disc.id)?;
+        ball.kick = None;
         Some(ball.begin(disc, motion, now, next))
+    }
+
+    /// The kick from which a ball moves, if there is one.
+    pub fn kick_of(&self, id: DiscId) -> Option<Kick> {
+        self.balls.iter().find(|ball| ball.id == id)?.kick
     }
 
     /// The nearest ball in the mouth of a robot.
@@ -241,8 +289,8 @@ impl Drives {
         near.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, ball)| ball)
     }
 
-    /// Kicks, with a speed (m/s) along the heading: the ball that goes, and its velocity until the
-    /// next tick. `None` = no ball is there, or no kicker.
+    /// Kicks with a speed (m/s) along the heading, now or as soon as a ball is there; 0 = not any
+    /// more. The ball that goes now, and its velocity until the next tick.
     pub fn kick(
         &mut self,
         id: DiscId,
@@ -250,15 +298,55 @@ impl Drives {
         discs: &[Disc],
         now: f64,
     ) -> Option<(DiscId, DVec2)> {
-        let ball = self.in_mouth(id, discs)?;
-        let motion = self.motion(&ball, now)?;
         let robot = self.robots.iter_mut().find(|robot| robot.id == id)?;
+        robot.armed = (speed > 0.0).then_some(Armed { speed, since: now });
+        let ball = self.in_mouth(id, discs)?;
+        self.fire(id, &ball, now)
+    }
+
+    /// The speed of the kick with which a robot waits for a ball, m/s.
+    pub fn armed(&self, id: DiscId) -> Option<f64> {
+        let robot = self.robots.iter().find(|robot| robot.id == id)?;
+        robot.armed.map(|armed| armed.speed)
+    }
+
+    /// When a robot last kicked a ball, s.
+    pub fn kicked_at(&self, id: DiscId) -> Option<f64> {
+        self.robots.iter().find(|robot| robot.id == id)?.kicked_at
+    }
+
+    /// An armed robot kicks a ball in its mouth: which, and its velocity until the next tick.
+    fn fire(&mut self, id: DiscId, ball: &Disc, now: f64) -> Option<(DiscId, DVec2)> {
+        let motion = self.motion(ball, now)?;
+        let robot = self.robots.iter_mut().find(|robot| robot.id == id)?;
+        let speed = robot.armed.take()?.speed.min(robot.drive.kicker?.speed_max);
+        (robot.has_kicked, robot.kicked_at) = (true, Some(now));
         let heading = direction(robot.pose.heading);
-        let speed = speed.min(robot.drive.kicker?.speed_max);
-        robot.has_kicked = true;
         let change = heading * (speed - motion.velocity.dot(heading));
         let motion = BallMotion { velocity: motion.velocity + change, ..motion };
-        Some((ball.id, self.move_ball(&ball, motion, now)?))
+        let given = self.move_ball(ball, motion, now)?;
+        let kick =
+            Kick { robot: id, position: ball.position, velocity: motion.velocity, time: now };
+        let gone = self.balls.iter_mut().find(|other| other.id == ball.id)?;
+        gone.kick = Some(kick);
+        Some((ball.id, given))
+    }
+
+    /// All that wait and have a ball now kick it, each ball once: the balls that go.
+    fn fire_all(&mut self, discs: &[Disc], now: f64) -> Vec<(DiscId, DVec2)> {
+        let mut gone: Vec<(DiscId, DVec2)> = Vec::new();
+        for k in 0..self.robots.len() {
+            let Robot { id, armed: Some(armed), .. } = self.robots[k] else { continue };
+            if self.timeout > 0.0 && now - armed.since > self.timeout {
+                self.robots[k].armed = None;
+                continue;
+            }
+            let Some(ball) = self.in_mouth(id, discs) else { continue };
+            if gone.iter().all(|(other, _)| *other != ball.id) {
+                gone.extend(self.fire(id, &ball, now));
+            }
+        }
+        gone
     }
 
     /// Takes a command; the velocity to be set at once, if the model is told its velocity.
@@ -279,6 +367,7 @@ impl Drives {
     pub fn due(&mut self, now: f64, until: f64) -> Option<f64> {
         let idle = |robot: &Robot| {
             robot.drive.model == Model::Told
+                && robot.pulled_to.is_none()
                 && (self.timeout == 0.0 || robot.commanded_at == f64::INFINITY)
         };
         if self.balls.is_empty() && self.robots.iter().all(idle) {
@@ -302,6 +391,7 @@ impl Drives {
     pub fn follow(&mut self, now: f64, discs: &[Disc]) -> Vec<(DiscId, DVec2)> {
         self.next += 1;
         let next = self.next as f64 * self.tick;
+        let kicked = self.fire_all(discs, now);
         let held = self.held(discs);
         let (tick, timeout) = (self.tick, self.timeout);
         let mut changed = Vec::new();
@@ -316,7 +406,7 @@ impl Drives {
                 continue;
             };
             let before = direction(robot.pose.heading);
-            let velocity = robot.next_velocity(disc.velocity, now, tick, timeout);
+            let velocity = robot.next_velocity(disc, now, tick, timeout);
             change(disc, velocity);
             let own = held.iter().zip(&mut fronts).filter(|(held, _)| held.by == disc.id);
             for (held, front) in own {
@@ -328,10 +418,13 @@ impl Drives {
         }
         for ball in &mut self.balls {
             let Some(disc) = discs.iter().find(|disc| disc.id == ball.id) else { continue };
+            let kicked = kicked.iter().find(|(id, _)| *id == ball.id);
             let holder = held.iter().zip(&fronts).find(|(held, _)| held.ball.id == ball.id);
-            let velocity = match holder {
-                Some((held, front)) => ball.hold(disc, front, held.grip, now, next),
-                None => ball.follow(disc, now, next),
+            let velocity = match (kicked, ball.pulled_to, holder) {
+                (Some((_, velocity)), _, _) => *velocity,
+                (None, Some(to), _) => ball.hold(disc, &Front::fixed(to), PULL_MPS2, now, next),
+                (None, None, Some((held, front))) => ball.hold(disc, front, held.grip, now, next),
+                (None, None, None) => ball.follow(disc, now, next),
             };
             change(disc, velocity);
         }
@@ -381,7 +474,15 @@ impl Robot {
         is_there.then_some(gap)
     }
 
-    fn next_velocity(&mut self, velocity: DVec2, now: f64, tick: f64, timeout: f64) -> DVec2 {
+    fn next_velocity(&mut self, disc: &Disc, now: f64, tick: f64, timeout: f64) -> DVec2 {
+        let own = self.own_velocity(disc.velocity, now, tick, timeout);
+        self.pulled_to.map_or(own, |to| {
+            drawn(disc.velocity, disc.position, &Front::fixed(to), PULL_MPS2, tick)
+        })
+    }
+
+    /// What its drive makes of its command.
+    fn own_velocity(&mut self, velocity: DVec2, now: f64, tick: f64, timeout: f64) -> DVec2 {
         let is_over = timeout > 0.0 && now - self.commanded_at > timeout;
         if is_over {
             (self.wanted, self.commanded_at) = (Wanted::default(), f64::INFINITY);

@@ -19,11 +19,11 @@ pub mod limits;
 
 use std::collections::HashSet;
 
-pub use ball::{Ball, BallMotion};
+pub use ball::{Ball, BallMotion, Kick};
 pub use command::{Answer, Command, Instants, NotDone, Outcome, Refusal, Report};
 pub use contact::{Contact, Partner};
 pub use disc::{Defect, Disc, DiscId};
-pub use drives::{Drive, Frame, HOLD_GAP_M, Kicker, Model, Pose, Wanted};
+pub use drives::{Drive, Frame, HOLD_GAP_M, Kicker, Model, PULL_MPS2, Pose, Wanted};
 pub use periodic::Periodic;
 pub use segments::{BadSegment, Segment, Segments};
 pub use walls::{Side, Walls};
@@ -175,16 +175,36 @@ impl World {
         self.referee = referee;
     }
 
+    /// Goals of the teams 0 and 1, where somebody [watches](Self::watch) a field.
+    pub fn score(&self) -> Option<[u32; 2]> {
+        self.referee.as_ref().and_then(Referee::score)
+    }
+
     /// How a ball moves now, at this very instant: the arena has the mean velocity of the tick.
     pub fn ball(&self, id: DiscId) -> Option<BallMotion> {
         let arena = self.arena.as_ref()?;
         self.drives.motion(&arena.disc(id)?, arena.now())
     }
 
+    /// The kick from which a ball moves, until it stands, is held or is moved by hand.
+    pub fn kick_of(&self, id: DiscId) -> Option<Kick> {
+        self.drives.kick_of(id)
+    }
+
     /// Whether a ball is in the mouth of a robot: it can kick it.
     pub fn has_ball(&self, id: DiscId) -> bool {
         let discs = self.arena.as_ref().map(|arena| arena.discs(Owner::Simulated).collect());
         discs.is_some_and(|discs: Vec<Disc>| self.drives.in_mouth(id, &discs).is_some())
+    }
+
+    /// The speed of the kick with which a robot waits for a ball, m/s.
+    pub fn armed(&self, id: DiscId) -> Option<f64> {
+        self.drives.armed(id)
+    }
+
+    /// When a robot last kicked a ball, s.
+    pub fn kicked_at(&self, id: DiscId) -> Option<f64> {
+        self.drives.kicked_at(id)
     }
 
     /// What a driven puck can.
@@ -304,6 +324,7 @@ impl World {
             }
             Command::Kick { .. }
             | Command::Dribble { .. }
+            | Command::Pull { .. }
             | Command::Turn { .. }
             | Command::SetDrive { .. }
             | Command::Roll { .. } => play::play(&mut self.drives, arena, command)?,
@@ -321,10 +342,13 @@ impl World {
                 arena.remove(id)?;
                 self.pucks.remove(&id);
                 self.drives.remove(id);
+                self.lose_sight(id);
             }
             Command::PlacePuck { id, position, velocity } => {
                 arena.place(id, position, velocity)?;
+                self.drives.pull(id, None);
                 self.drives.let_go(arena, id, Some(DVec2::ZERO));
+                self.lose_sight(id);
             }
             Command::MoveWalls { min, max } => {
                 arena.move_walls(min, max)?;
@@ -335,6 +359,11 @@ impl World {
             Command::Observe(_) => {}
         }
         Ok(())
+    }
+
+    /// A puck was put elsewhere by hand: it has crossed nothing on the way.
+    fn lose_sight(&mut self, id: DiscId) {
+        self.referee.iter_mut().for_each(|referee| referee.lose_sight(id));
     }
 
     /// Apply: takes over a report, for the resolver and for the arena.
@@ -412,6 +441,8 @@ impl World {
                 break;
             }
             let discs: Vec<Disc> = arena.discs(Owner::Simulated).collect();
+            let told = &mut outcome.goals;
+            self.referee.iter_mut().for_each(|referee| referee.look(&discs, tick, told));
             let driven = self.drives.follow(tick, &discs);
             driven.into_iter().for_each(|(id, velocity)| arena.set_velocity(id, velocity));
             watch(&mut self.referee, arena);

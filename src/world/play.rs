@@ -33,6 +33,12 @@ pub(super) fn play(
             Ok(())
         }
         Command::Dribble { id, on } => done(drives.dribble(id, on), id),
+        Command::Pull { id, to } => {
+            for value in to.iter().flat_map(|to| to.to_array()) {
+                sound("to", value, "finite, up to 1e60 m", |_| true)?;
+            }
+            done(drives.pull(id, to), id)
+        }
         Command::Turn { id, heading, turn } => {
             let heading = sound("heading", heading, "a finite number", |_| true)?;
             let turn = sound("turn", turn, "a finite number", |_| true)?;

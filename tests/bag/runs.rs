@@ -376,6 +376,8 @@ fn what_robots_are_asked_is_read_back_as_it_was() {
         Asking::Drive { id: 1, wanted: Wanted { frame: Frame::Own, ..wanted } },
         Asking::Kick { id: 2, speed: 1.0 / 7.0 },
         Asking::Dribble { id: 3, on: true },
+        Asking::Pull { id: 3, to: Some(DVec2::new(0.1, -0.0)) },
+        Asking::Pull { id: 3, to: None },
         Asking::Turn { id: 4, heading: -3.0, turn: 0.1 },
         Asking::Roll { id: 5 },
         Asking::SetDrive { id: 6, drive },

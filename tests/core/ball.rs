@@ -2,7 +2,7 @@
 
 use carom::world::{
     Ball, BallMotion, Command, Contact, Disc, Drive, Frame, HOLD_GAP_M, Instants, Kicker, Model,
-    NotDone, Owner, Pace, Settings, Wanted, World,
+    NotDone, Owner, PULL_MPS2, Pace, Settings, Wanted, World,
 };
 use glam::DVec2;
 
@@ -85,7 +85,7 @@ fn the_closed_form_is_the_law() {
     for _ in 0..60 {
         let ball = Ball {
             sliding: random.uniform(1.0, 6.0),
-            rolling: random.uniform(0.0, 1.0),
+            rolling: if random.below(4) == 0 { 0.0 } else { random.uniform(0.0, 1.0) },
             drag: if random.below(2) == 0 { 0.0 } else { random.uniform(0.0, 1.0) },
             switch_ratio: random.uniform(0.5, 0.9),
         };
@@ -98,6 +98,16 @@ fn the_closed_form_is_the_law() {
         assert!(off < 1e-3, "{ball:?} {motion:?} after {time}: {after:?} {judged:?}");
         assert!((after.spin - judged.spin).length() < 1e-3, "{after:?} {judged:?}");
         assert!((way - judged_way).length() < 2e-3, "{way} {judged_way}");
+        // It stands when that is over, and not before.
+        let rest = ball.rests_after(motion);
+        if rest.is_finite() {
+            let (stands, whole) = ball.after(motion, rest * (1.0 + 1e-12));
+            assert_eq!(stands, BallMotion::default(), "{ball:?} {motion:?} {rest}");
+            assert!((ball.after(motion, rest).1 - whole).length() < 1e-9);
+            assert!(ball.after(motion, rest * (1.0 - 1e-6)).0 != BallMotion::default());
+        } else {
+            assert!(ball.rolling == 0.0);
+        }
         // In parts it is the same.
         let (half, first) = ball.after(motion, 0.4 * time);
         let (whole, second) = ball.after(half, 0.6 * time);
@@ -191,6 +201,87 @@ fn a_kick_needs_the_ball_and_gives_it_the_speed_asked_for() {
     }
 }
 
+/// A ball that comes rolling to the robot at 2 m/s, and a kick of 4 m/s that is asked for now.
+fn waiting(timeout: f64) -> World {
+    let settings = Settings { command_timeout: timeout, ..settings() };
+    let discs = [disc(0, [0.25, 0.0], [-2.0, 0.0]), disc(1, [0.0, 0.0], [0.0, 0.0])];
+    let mut world = World::new(settings, &discs);
+    world.add_ball(0, Ball::default());
+    world.drive(1, robot());
+    let kick = Command::Kick { id: 1, speed: 4.0 };
+    go(&mut world, &[Command::Roll { id: 0 }, kick], 0.0);
+    assert_eq!(world.armed(1), Some(4.0));
+    world
+}
+
+#[test]
+fn a_kick_waits_for_the_ball_and_goes_at_the_first_tick_that_has_it() {
+    let mut world = waiting(0.0);
+    let mut before = world.clone();
+    // It is seen at every tick, and kicks before the ball has touched the robot.
+    let mut tick = 0;
+    while world.armed(1).is_some() {
+        assert!(!world.has_ball(1), "tick {tick}: it has the ball and waits");
+        before.clone_from(&world);
+        tick += 1;
+        assert!(go(&mut world, &[], f64::from(tick) * TICK).is_empty());
+    }
+    // At 2 m/s less what rolling takes, from a gap of 0.1385 m to the reach of 0.01 m.
+    assert!((64..=66).contains(&tick), "{tick}");
+    let gap = now(&world, 0).position.x - ROBOT - BALL;
+    assert!(gap <= KICKER.reach && gap > KICKER.reach - 2.0 * TICK, "{gap}");
+    assert!(!before.has_ball(1));
+    let kicked = world.ball(0).unwrap();
+    assert!((kicked.velocity - DVec2::X * 4.0).length() < 1e-12, "{kicked:?}");
+    // The spin is that with which it came: it slides now, and is kicked but once.
+    assert!((kicked.spin.x + 2.0).abs() < 0.02, "{kicked:?}");
+    let from = now(&world, 0).position;
+    assert!(go(&mut world, &[], 0.2).is_empty());
+    let (_, way) = Ball::default().after(kicked, 0.2 - f64::from(tick) * TICK);
+    assert!((now(&world, 0).position - from - way).length() < 1e-12);
+}
+
+#[test]
+fn a_waiting_kick_ends_with_its_time_or_when_it_is_taken_back() {
+    let bounced = |world: &mut World| {
+        let contacts = go(world, &[], 0.1);
+        assert_eq!(contacts.len(), 1, "nobody kicked it away: {contacts:?}");
+        assert!(world.ball(0).unwrap().velocity.x < 1.5 && world.armed(1).is_none());
+    };
+    let mut over = waiting(0.05);
+    go(&mut over, &[], 0.05);
+    assert_eq!(over.armed(1), Some(4.0), "its time is not over yet");
+    go(&mut over, &[], 0.052);
+    assert_eq!(over.armed(1), None);
+    bounced(&mut over);
+    // Said again, it waits on.
+    let mut again = waiting(0.05);
+    go(&mut again, &[], 0.04);
+    assert!(go(&mut again, &[Command::Kick { id: 1, speed: 3.0 }], 0.075).is_empty());
+    assert!((now(&again, 0).velocity.x - 3.0).abs() < 0.05);
+    let mut back = waiting(0.0);
+    go(&mut back, &[Command::Kick { id: 1, speed: 0.0 }], 0.05);
+    assert_eq!(back.armed(1), None);
+    bounced(&mut back);
+}
+
+#[test]
+fn of_two_that_wait_for_one_ball_the_first_kicks() {
+    let discs = [
+        disc(0, [0.0, 1.0], [0.0, 0.0]),
+        disc(1, [-0.12, 0.0], [0.0, 0.0]),
+        disc(2, [0.12, 0.0], [0.0, 0.0]),
+    ];
+    let mut world = world(&discs);
+    let turn = Command::Turn { id: 2, heading: std::f64::consts::PI, turn: 0.0 };
+    let kicks = [1, 2].map(|id| Command::Kick { id, speed: f64::from(id) });
+    go(&mut world, &[turn, kicks[1].clone(), kicks[0].clone()], 0.01);
+    let place = Command::PlacePuck { id: 0, position: DVec2::ZERO, velocity: DVec2::ZERO };
+    go(&mut world, &[place], 0.011);
+    assert_eq!((world.armed(1), world.armed(2)), (None, Some(2.0)));
+    assert!((world.ball(0).unwrap().velocity - DVec2::X).length() < 1e-12);
+}
+
 #[test]
 fn a_dribbler_holds_the_ball_while_the_robot_drives_and_turns() {
     let mut world = world(&[disc(0, [0.118, 0.01], [-0.2, 0.0]), disc(1, [0.0, 0.0], [0.0, 0.0])]);
@@ -246,6 +337,49 @@ fn velocities_are_local_or_global_and_braking_is_a_limit_of_its_own() {
         go(&mut world, &[Command::SetDrive { id: 1, drive: slow }, again], 2.1);
         assert!((now(&world, 1).velocity.length() - 0.5).abs() < 0.01);
     }
+}
+
+#[test]
+fn a_force_brings_robot_and_ball_to_a_place_and_keeps_them_there() {
+    let discs = [
+        disc(0, [0.0, 1.0], [0.0, 0.0]),
+        disc(1, [0.0, 0.0], [0.0, 0.0]),
+        disc(2, [1.0, 1.45], [0.0, 0.0]),
+    ];
+    let mut world = world(&discs);
+    let places = [DVec2::new(2.0, 2.0), DVec2::new(-1.5, 0.5)];
+    let wanted = Wanted { linear: DVec2::X, angular: 1.0, frame: Frame::Arena };
+    let drive = Command::Drive { id: 1, wanted };
+    let pull = |id: u32, to| Command::Pull { id, to };
+    go(&mut world, &[drive, pull(0, Some(places[0])), pull(1, Some(places[1]))], 0.0);
+    let (mut contacts, mut before) = (Vec::new(), [0, 1].map(|id| now(&world, id)));
+    for k in 1..=3_000u32 {
+        let new = go(&mut world, &[], f64::from(k) * TICK);
+        for id in 0..2 {
+            let after = now(&world, id);
+            let change = (after.velocity - before[id as usize].velocity).length();
+            let has_touched = new.iter().any(|contact| contact.discs().any(|it| it == id));
+            assert!(has_touched || change <= PULL_MPS2 * TICK * (1.0 + 1e-9), "{k} {change}");
+            before[id as usize] = after;
+        }
+        contacts.extend(new);
+    }
+    // The ball had the robot 2 in its way, and came there all the same.
+    assert!(!contacts.is_empty() && contacts.iter().all(|contact| contact.discs().eq([0, 2])));
+    for id in 0..2 {
+        let disc = now(&world, id);
+        assert!((disc.position - places[id as usize]).length() < 1e-9, "{disc:?}");
+        assert!(disc.velocity.length() < 1e-6, "{disc:?}");
+    }
+    assert!((world.pose(1).unwrap().heading - 3.0).abs() < 0.05, "it turns as commanded");
+    // Without the force the ball stays and the robot drives; a teleport ends it too.
+    let place = Command::PlacePuck { id: 0, position: DVec2::Y, velocity: DVec2::ZERO };
+    go(&mut world, &[place, pull(1, None)], 4.0);
+    assert_eq!(now(&world, 0).position, DVec2::Y);
+    assert!((now(&world, 1).velocity - DVec2::X).length() < 1e-9);
+    let bad = [pull(0, Some(DVec2::NAN)), pull(9, None)];
+    let outcome = world.step(&bad, Instants { heard_at: 0.0, advance_to: 4.0 });
+    assert_eq!(outcome.not_done.len(), 2);
 }
 
 #[test]

@@ -2,10 +2,12 @@
 //! a game of twenty-two robots whose every contact obeys the law.
 
 use carom::plan::Method;
+use carom::referee::Goal;
 use carom::scene::league::{Field, Member, Team};
 use carom::scene::{Puck, Scene, file};
 use carom::world::{
-    Command, Contact, Disc, Frame, Instants, Model, NotDone, Owner, Partner, Segment, Wanted, World,
+    BallMotion, Command, Contact, Disc, Frame, Instants, Model, NotDone, Owner, Partner, Segment,
+    Wanted, World,
 };
 use glam::DVec2;
 
@@ -127,12 +129,13 @@ fn errors_of_fields_and_robots_name_their_place() {
 }
 
 /// Commands of a game: of each team one runs for the ball, dribbles it, and kicks what it has; the
-/// others run about. A ball that leaves the field is put back.
+/// others run about. A ball that leaves the field is put back, and at times it is shot at a goal.
 struct Players {
     random: Random,
     /// The robots of both teams, and where each of them wants to go.
     teams: [Vec<(u32, DVec2)>; 2],
     ball: u32,
+    periods: u32,
 }
 
 impl Players {
@@ -143,6 +146,13 @@ impl Players {
         let mut commands = Vec::new();
         if ball.x.abs() > 6.0 && ball.y.abs() > 1.0 || ball.y.abs() > 4.5 {
             let (position, velocity) = (self.random.vector(4.0), self.random.vector(1.0));
+            commands.push(Command::PlacePuck { id: self.ball, position, velocity });
+        }
+        self.periods += 1;
+        if self.periods.is_multiple_of(120) {
+            let side = if self.random.below(2) == 0 { 1.0 } else { -1.0 };
+            let position = DVec2::new(5.2 * side, self.random.uniform(-1.0, 1.0));
+            let velocity = DVec2::X * (5.0 * side);
             commands.push(Command::PlacePuck { id: self.ball, position, velocity });
         }
         for team in &mut self.teams {
@@ -205,7 +215,7 @@ fn a_game_of_twenty_two_robots_obeys_the_law_for_a_minute() {
         let robots = scene.pucks.iter().filter(of_team);
         robots.map(|puck| (puck.disc.id, puck.disc.position)).collect()
     });
-    let mut players = Players { random: Random::new(22), teams, ball };
+    let mut players = Players { random: Random::new(22), teams, ball, periods: 0 };
     let (mut pairs, mut at_goals, mut kicked, mut together, mut time) = (0, 0, 0, 0, 0.0);
     let (restitution, wall) = (scene.settings.restitution, 0.5);
     for period in 1..=3_600u32 {
@@ -313,4 +323,75 @@ fn a_crash_is_told_with_both_speeds_and_whose_fault_it_is() {
         assert!((crash.time - when).abs() < 1e-12);
         assert!((crash.place.x - fast * when - 0.09).abs() < 1e-12, "{crash:?}");
     }
+}
+
+/// Gives the ball another place, if there is one, and a velocity with which it rolls, and lets time
+/// pass: the goals.
+fn shoot(world: &mut World, id: u32, at: Option<DVec2>, velocity: DVec2, lasts: f64) -> Vec<Goal> {
+    let asked = match at {
+        Some(position) => Command::PlacePuck { id, position, velocity },
+        None => Command::SetVelocity { id, velocity },
+    };
+    let until = world.arena().expect("pucks").now() + lasts;
+    let instants = Instants { heard_at: 0.0, advance_to: until };
+    let outcome = world.step(&[asked, Command::Roll { id }], instants);
+    assert_eq!((outcome.stall, outcome.not_done), (None, vec![]));
+    outcome.goals
+}
+
+/// A field without its robots, whose goals are watched, and its ball.
+fn empty_field(name: &str) -> (Scene, World, Puck) {
+    let scene = Scene::load(name).expect(name);
+    let mut world = scene.world();
+    let robots = scene.pucks.iter().filter(|puck| puck.member.is_some());
+    let gone: Vec<Command> = robots.map(|puck| Command::RemovePuck { id: puck.disc.id }).collect();
+    world.step(&gone, Instants { heard_at: 0.0, advance_to: 0.0 });
+    let ball = scene.pucks.iter().find(|puck| puck.ball.is_some()).expect("a ball").clone();
+    (scene, world, ball)
+}
+
+#[test]
+fn a_goal_counts_for_the_team_that_attacks_it_when_the_ball_is_wholly_in() {
+    for name in ["ssl-a", "ssl-b", "vsss-3v3", "vsss-5v5", "league-2d"] {
+        let (scene, mut world, ball) = empty_field(name);
+        let (id, field) = (ball.disc.id, scene.field.expect("a field"));
+        for (side, team, score) in [(1.0, 0, [1, 0]), (-1.0, 1, [1, 1]), (1.0, 0, [2, 1])] {
+            let from = DVec2::new(side * (0.5 * field.length - 0.2), -0.25 * field.goal_width);
+            let (velocity, begin) = (DVec2::X * (2.0 * side), world.arena().expect("pucks").now());
+            let goals = shoot(&mut world, id, Some(from), velocity, 0.3);
+            let [goal] = goals[..] else { panic!("{name} {side}: {goals:?}") };
+            assert_eq!((goal.team, goal.score, world.score()), (team, score, Some(score)));
+            let way = 0.2 + ball.disc.radius;
+            assert!((goal.place - from - DVec2::X * (side * way)).length() < 1e-9, "{goal:?}");
+            let law = ball.ball.expect("it is one");
+            let crossed = law.after(BallMotion::rolling(velocity), goal.time - begin).1.length();
+            let tick = scene.settings.pace.tick;
+            assert!((crossed - way).abs() < tick * tick, "{name}: {crossed} {way} {goal:?}");
+        }
+    }
+}
+
+#[test]
+fn what_is_no_goal_is_not_counted() {
+    let (_, mut world, ball) = empty_field("ssl-b");
+    let (id, right) = (ball.disc.id, |x: f64, y: f64| Some(DVec2::new(x, y)));
+    let mut none = |at: Option<DVec2>, velocity: DVec2, lasts: f64| {
+        let goals = shoot(&mut world, id, at, velocity, lasts);
+        assert!(goals.is_empty(), "{goals:?}");
+    };
+    // Beside the goal; put into it, and out of it; on the line, where it stops.
+    none(right(4.4, 0.8), DVec2::X * 3.0, 0.5);
+    none(right(4.6, 0.0), DVec2::ZERO, 0.5);
+    none(right(4.6, 0.1), DVec2::X * -2.0, 0.5);
+    none(right(4.51 - 0.25 / 0.52, 0.1), DVec2::X * 0.5, 3.0);
+    // Pushed over it, it is one; not again when it comes from the net, before it has been out.
+    assert_eq!(shoot(&mut world, id, None, DVec2::X * 1.0, 0.2).len(), 1);
+    assert_eq!(shoot(&mut world, id, right(4.3, 0.1), DVec2::X * 3.0, 0.11).len(), 1);
+    assert_eq!(shoot(&mut world, id, None, DVec2::X * -1.0, 0.13).len(), 0);
+    let place = world.arena().expect("pucks").disc(id).expect("a ball").position;
+    assert!((place.x - 4.5).abs() < ball.disc.radius, "on the line: {place}");
+    assert_eq!(shoot(&mut world, id, None, DVec2::X * 1.0, 0.2).len(), 0);
+    assert_eq!(shoot(&mut world, id, None, DVec2::X * -2.0, 0.3).len(), 0);
+    assert_eq!(shoot(&mut world, id, None, DVec2::X * 3.0, 0.3).len(), 1);
+    assert_eq!(world.score(), Some([3, 0]));
 }

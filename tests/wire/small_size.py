@@ -22,9 +22,11 @@ class Game:
     def __init__(self, *arguments, speed=1):
         self.vision = Listener(ssl.SSL_WrapperPacket)
         self.tracked = Listener(ssl.TrackerWrapperPacket)
+        self.status = {team: Listener(ssl.Robots_Status) for team in (BLUE, YELLOW)}
+        told = [listener.address.split(":")[1] for listener in self.status.values()]
         ports = free_ports(4)
         self.arguments = [
-            SCENE, "--wire", "--wire-ports", ",".join(map(str, ports)),
+            SCENE, "--wire", "--wire-ports", ",".join(map(str, ports + told)),
             "--vision", self.vision.address, "--tracked", self.tracked.address, *arguments]
         self.carom = Carom(*self.arguments)
         self.control = Asker(ports[0], ssl.SimulatorResponse)
@@ -164,8 +166,49 @@ def teleports(game):
     for places, y in ((stand, 1.0), (change, -1.0)):
         assert game.control_codes(teleport_robot=places) == []
         game.until(lambda frame: abs(game.robot(0, frame=frame).pos.y - y) < 1e-3, "changed")
+    # Safely: who stands there makes way, straight away from the ball, and who is near stands still.
+    stand = [game.place(0, x=1.0, y=0.05), game.place(1, x=1.25, y=0.0, v_y=1.0),
+             game.place(2, x=2.0, y=0.0, v_y=1.0)]
+    ball = ssl.TeleportBall(x=1.0, y=0.0, vx=0.0, vy=0.0, teleport_safely=True)
+    assert game.control_codes(simulation_speed=0.0) == []
+    assert game.control_codes(teleport_robot=stand) == []
+    assert game.control_codes(teleport_ball=ball) == []
+    assert game.control_codes(simulation_speed=1.0) == []
+    frame = game.until(lambda frame: math.hypot(frame.balls[0].pos.x - 1.0, frame.balls[0].pos.y)
+                       < 1e-6, "the ball is there")
+    made_way, near, far = (game.robot(k, frame=frame) for k in range(3))
+    assert_close(made_way.pos.x, 1.0, 1e-6, "x of who made way")
+    assert_close(made_way.pos.y, 0.12, 1e-6, "y of who made way")
+    assert near.pos.y == 0.0 and far.pos.y > 0.01, (near, far)
+    assert game.control_codes(teleport_ball=ssl.TeleportBall(x=99.0, teleport_safely=True)) == [
+        "CAROM_NOT_DONE"]
     # Where another stands there is no place.
+    assert game.control_codes(teleport_robot=[game.place(1, x=1.0, y=1.0)]) == []
     assert game.control_codes(teleport_robot=[game.place(3, x=1.0, y=1.05)]) == ["CAROM_NOT_DONE"]
+
+
+def by_force(game):
+    """A force draws ball and robot to a place and keeps them there, until it is taken back."""
+    game.clear()
+    ball = ssl.TeleportBall(x=1.0, y=-0.5, by_force=True)
+    robot = game.place(0, x=-3.0, y=1.0, by_force=True)
+    game.tracked.drain()
+    assert game.control_codes(teleport_ball=ball, teleport_robot=[robot]) == []
+    frame = game.until(lambda frame: frame.balls[0].vel.x > 0.1, "it is no jump")
+    assert 0.0 < frame.balls[0].pos.x < 1.0
+
+    def is_there(frame):
+        seen = game.robot(0, frame=frame)
+        return max(abs(frame.balls[0].pos.x - 1.0), abs(frame.balls[0].pos.y + 0.5),
+                   abs(seen.pos.x + 3.0), abs(seen.pos.y - 1.0)) < 1e-6
+
+    game.until(is_there, "both are there")
+    assert game.blue.codes(control(command(0, everywhere=(1.0, 0.0, 0.0)))) == []
+    assert is_there(game.frame())
+    end = [game.place(0, by_force=False)]
+    assert game.control_codes(teleport_ball=ssl.TeleportBall(), teleport_robot=end) == []
+    game.until(lambda frame: game.robot(0, frame=frame).vel.x > 0.3, "it is free again",
+               command(0, everywhere=(1.0, 0.0, 0.0)))
 
 
 def presence(game):
@@ -261,14 +304,48 @@ def kicks(game):
     assert codes == ["CAROM_CHIP_STAYS_ON_GROUND"]
     frame = game.until(lambda frame: frame.balls[0].pos.x > 0.2, "chipped")
     assert 1.5 < frame.balls[0].vel.x <= 2.0
-    # A kick waits for the ball.
+    # A kick waits for the ball, which is at the kicker for less than a frame.
     game.clear()
     robot = game.place(2, x=0.0, y=0.0, orientation=0.0)
-    away, comes = ssl.TeleportBall(x=1.0), ssl.TeleportBall(x=0.112, vx=0.0, vy=0.0)
-    assert game.control_codes(teleport_robot=[robot], teleport_ball=away) == []
-    game.blue.ask(control(command(2, kick_speed=2.0)))
-    assert game.control_codes(teleport_ball=comes) == []
-    game.until(lambda frame: frame.balls[0].vel.x > 1.5, "kicked as soon as it came")
+    comes = ssl.TeleportBall(x=0.25, y=0.0, vx=-3.0, vy=0.0)
+    for number in range(5):
+        assert game.control_codes(simulation_speed=0.0) == []
+        assert game.control_codes(teleport_robot=[robot], teleport_ball=comes) == []
+        assert not game.blue.ask(
+            control(command(2, kick_speed=2.8))).feedback[0].dribbler_ball_contact
+        assert game.control_codes(simulation_speed=1.0) == []
+        frame = game.until(lambda frame: frame.balls[0].vel.x > 0.0, "it comes back")
+        assert 2.5 < frame.balls[0].vel.x < 2.81, f"{number}: not kicked: {frame.balls[0]}"
+
+
+def kicked_ball(game):
+    """Who has kicked, from where and when, and where the ball will stop: it stops there."""
+    to_the_ball(game, 2)
+    frame = game.frame()
+    assert not frame.HasField("kicked_ball") and list(frame.capabilities) == [3]
+    before = frame.timestamp
+    assert game.blue.codes(control(command(2, kick_speed=1.0))) == []
+    frame = game.until(lambda frame: frame.HasField("kicked_ball"), "a kick is told")
+    kick = frame.kicked_ball
+    assert (kick.robot_id.id, kick.robot_id.team) == (2, BLUE)
+    assert before <= kick.start_timestamp <= frame.timestamp
+    assert_close(kick.pos.x, 0.09 + 0.0215 + 1e-3, 1e-6, "x of the kick, m")
+    assert_close(kick.vel.x, 1.0, 1e-6, "speed of the kick, m/s")
+    # Slides to 0.64 m/s at 3 m/s^2, then rolls at 0.26 m/s^2.
+    way = (1.0 - 0.64 ** 2) / 6.0 + 0.64 ** 2 / 0.52
+    lasts = 0.36 / 3.0 + 0.64 / 0.26
+    assert_close(kick.stop_pos.x, kick.pos.x + way, 1e-5, "where it will stop, m")
+    assert_close(kick.stop_timestamp - kick.start_timestamp, lasts, 1e-5, "when it will stop, s")
+    game.blue.ask(control(command(2, kick_speed=0.0)))
+    stopped = game.until(lambda frame: not frame.HasField("kicked_ball"), "it stands")
+    assert_close(stopped.balls[0].pos.x, kick.stop_pos.x, 1e-5, "where it has stopped, m")
+    assert stopped.timestamp - kick.stop_timestamp < 0.1
+    # A ball that was put elsewhere was not kicked.
+    to_the_ball(game, 2)
+    game.blue.ask(control(command(2, kick_speed=1.0)))
+    game.until(lambda frame: frame.HasField("kicked_ball"), "another kick")
+    assert game.control_codes(teleport_ball=ssl.TeleportBall(x=-1.0, y=1.0)) == []
+    game.until(lambda frame: not frame.HasField("kicked_ball"), "no kick any more")
 
 
 def dribbling(game):
@@ -300,6 +377,63 @@ def older_packets(game):
         spinner=False, wheelsspeed=False)
     game.grsim.send(packet.SerializeToString())
     game.until(lambda frame: game.robot(3, YELLOW, frame).vel.y > 0.3, "forward is along y")
+
+
+def status(game):
+    """After a packet of grSim's the team is told what has changed with its robots, once."""
+    to_the_ball(game, 2)
+
+    def send(team, number, **kick):
+        packet = ssl.grSim_Packet()
+        packet.commands.timestamp, packet.commands.isteamyellow = 0.0, team == YELLOW
+        fields = {"kickspeedx": 0.0, "kickspeedz": 0.0} | kick
+        packet.commands.robot_commands.add(
+            id=number, veltangent=0.0, velnormal=0.0, velangular=0.0, spinner=False,
+            wheelsspeed=False, **fields)
+        game.grsim.send(packet.SerializeToString())
+
+    def told(team=BLUE):
+        return [(robot.robot_id, robot.infrared, robot.flat_kick, robot.chip_kick)
+                for robot in game.status[team].next().robots_status]
+
+    def until(expected):
+        """The news of robot 2, which does not kick, whose last is this."""
+        deadline, seen = time.monotonic() + 15.0, None
+        game.status[BLUE].socket.settimeout(0.02)
+        while seen != expected:
+            assert time.monotonic() < deadline, f"{expected}: last {seen}"
+            send(BLUE, 2)
+            try:
+                seen = next((row[1:] for row in told() if row[0] == 2), seen)
+            except TimeoutError:
+                pass
+        game.status[BLUE].socket.settimeout(15.0)
+
+    send(BLUE, 0)
+    assert told() == [(2, True, False, False)]
+    send(BLUE, 2, kickspeedx=2.0)
+    assert told() == [(2, True, True, False)], "it has still the ball that it has just kicked"
+    until((False, False, False))
+    to_the_ball(game, 2)
+    send(BLUE, 2, kickspeedx=2.0, kickspeedz=2.0)
+    assert told() == [(2, True, False, True)]
+    until((False, False, False))
+    # The other team's is told to the other port, by its own packets.
+    game.clear()
+    robot = game.place(3, YELLOW, x=0.0, y=0.0, orientation=0.0)
+    ball = ssl.TeleportBall(x=0.1125, y=0.0, vx=0.0, vy=0.0)
+    assert game.control_codes(teleport_robot=[robot], teleport_ball=ball) == []
+    send(YELLOW, 0)
+    assert told(YELLOW) == [(3, True, False, False)]
+    send(YELLOW, 0)
+    send(BLUE, 0)
+    time.sleep(0.1)
+    for team in (BLUE, YELLOW):
+        game.status[team].socket.settimeout(0.0)
+        try:
+            raise AssertionError(f"nothing has changed: {game.status[team].next()}")
+        except BlockingIOError:
+            game.status[team].socket.settimeout(15.0)
 
 
 def refusals(game):
@@ -337,7 +471,7 @@ def refusals(game):
             ({"teleport_ball": ssl.TeleportBall(x=nan)}, ["CAROM_NOT_FINITE"]),
             ({"teleport_ball": ssl.TeleportBall(x=99.0)}, ["CAROM_NOT_DONE"]),
             ({"teleport_ball": ssl.TeleportBall(x=0.0, z=1.0)}, ["CAROM_UNSUPPORTED"]),
-            ({"teleport_ball": ssl.TeleportBall(x=0.0, by_force=True)}, ["CAROM_UNSUPPORTED"]),
+            ({"teleport_ball": ssl.TeleportBall(x=nan, by_force=True)}, ["CAROM_NOT_FINITE"]),
             ({"teleport_robot": [game.place(1, x=infinite)]}, ["CAROM_NOT_FINITE"]),
             ({"teleport_robot": [game.place(40, x=0.0)]}, ["CAROM_UNKNOWN"]),
             ({"teleport_robot": [game.place(1, ssl.UNKNOWN, x=0.0)]}, ["CAROM_UNREADABLE"]),
@@ -346,7 +480,11 @@ def refusals(game):
         assert game.control_codes(**fields) == codes, fields
     geometry = ssl.SSL_GeometryData()
     geometry.field.CopyFrom(game.geometry().field)
-    assert game.config_codes(geometry=geometry) == ["CAROM_UNSUPPORTED"]
+    assert game.config_codes(geometry=geometry) == [], "it is the field that is told"
+    geometry.field.field_length = 12000
+    answer = game.control.ask(ssl.SimulatorCommand(config=ssl.SimulatorConfig(geometry=geometry)))
+    assert [error.code for error in answer.errors] == ["CAROM_UNSUPPORTED"], answer
+    assert "field_length 12000, here 9000 mm" in answer.errors[0].message, answer
     assert game.config_codes(vision_port=1 << 20) == ["CAROM_OUT_OF_RANGE"]
     assert game.carom.alive()
 
@@ -473,6 +611,8 @@ def recorded():
     """What the wire has done is in the journal of a recording: the run is made again from it."""
     bag = os.path.join(os.environ["WIRE_SCRATCH"], "bag")
     with Game("--record", bag) as game:
+        teleports(game)
+        by_force(game)
         presence(game)
         driving(game)
         specs(game)
@@ -486,8 +626,9 @@ def recorded():
 
 def main():
     with Game() as game:
-        for part in (vision_and_geometry, teleports, presence, driving, specs, kicks, dribbling,
-                     older_packets, refusals, flood, latency, speed_and_port, realism, busy_port, ends):
+        for part in (vision_and_geometry, teleports, by_force, presence, driving, specs, kicks,
+                     kicked_ball, dribbling, older_packets, status, refusals, flood, latency,
+                     speed_and_port, realism, busy_port, ends):
             start = time.monotonic()
             part(game)
             print(f"{part.__name__}: {time.monotonic() - start:.1f} s", flush=True)

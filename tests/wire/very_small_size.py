@@ -52,6 +52,12 @@ def main():
         until(lambda frame: robot(frame, 2, blue=False) is None, "gone", packet)
         gone.turnon, gone.position.x, gone.position.y = True, 0.5, 0.4
         until(lambda frame: robot(frame, 2, blue=False), "back", packet)
+        # A ball behind the line between the posts is a goal for who attacks there.
+        for x, score in ((0.6, (1, 0)), (-0.6, (1, 1)), (0.6, (2, 1))):
+            packet = fira.Packet()
+            packet.replace.ball.x, packet.replace.ball.y, packet.replace.ball.vx = x, 0.1, 2.0 * x
+            team.send(packet.SerializeToString())
+            environment.until(lambda e: (e.goals_blue, e.goals_yellow) == score, f"{score}")
         # Whatever is wrong is counted and does no harm.
         packet = fira.Packet()
         packet.cmd.robot_commands.add(id=77, wheel_left=1.0)
@@ -65,7 +71,8 @@ def main():
               packet)
         assert carom.stop()[0] == 0
         log = "\n".join(carom.lines)
-        for told in ("blue_77", "wheel_left is NaN", "this is no Packet", "more than 16384 bytes"):
+        for told in ("blue_77", "wheel_left is NaN", "this is no Packet", "more than 16384 bytes",
+                     "goal for yellow", "blue 2, yellow 1"):
             assert told in log, told
     assert HOST in environment.address
 

@@ -6,8 +6,10 @@
 
 mod perform;
 mod sockets;
+#[cfg(test)]
+mod tests;
 
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
@@ -19,7 +21,7 @@ use super::stage::Stage;
 use crate::wire::control::{self, Control};
 use crate::wire::field::{Field, League};
 use crate::wire::orders::{Asked, Orders};
-use crate::wire::proto::vision::SslBallModelStraightTwoPhase;
+use crate::wire::proto::vision::{SslBallModelStraightTwoPhase, SslGeometryData};
 use crate::wire::realism::{Noise, Realism};
 use crate::wire::vision::{self, Cameras, Stamp};
 use crate::wire::{
@@ -39,6 +41,9 @@ pub struct WireOptions {
     pub listen: Ipv4Addr,
     /// SSL: control, blue, yellow, and grSim's older packets if there is a fourth. VSSS: one.
     pub ports: Vec<u16>,
+    /// Where the status of blue and yellow robots goes after grSim's older packets, at whoever
+    /// sent them.
+    pub status_ports: [u16; 2],
     /// Where vision goes, or the environment of VSSS.
     pub vision: SocketAddrV4,
     /// SSL: where tracked frames go.
@@ -68,6 +73,7 @@ impl WireOptions {
             field,
             listen: Ipv4Addr::LOCALHOST,
             ports,
+            status_ports: [30_011, 30_012],
             vision: SocketAddrV4::new(group, port),
             tracked: SocketAddrV4::new(group, 10_010),
             way: Way { interface: None, reach: 0 },
@@ -119,8 +125,12 @@ impl Ports {
 /// The wire of a running node.
 pub struct Wire {
     options: WireOptions,
+    /// Whether the scene has a field that can be told.
+    has_field: bool,
     cameras: Cameras,
     book: Book,
+    /// The status that teams know.
+    told: grsim::Told,
     noise: Noise,
     out: UdpSocket,
     /// Of the next frame, s of simulated time times the rate.
@@ -157,8 +167,10 @@ impl Wire {
         let streams = listening.into_iter().map(|(purpose, socket)| batches(socket, purpose));
         let streams = streams.collect::<Result<Vec<_>, _>>()?;
         let wire = Self {
+            has_field: true,
             cameras: Cameras::new(options.cameras, &options.field),
             book: Book::new(options.field),
+            told: grsim::Told::default(),
             noise: Noise::new(options.seed),
             out: UdpSocket::from_std(out)?,
             next: 0,
@@ -237,6 +249,10 @@ impl Wire {
                 None => control::read(datagram),
             };
             self.book.change(stage, &control.specs, &mut faults);
+            if let Some(asked) = &control.geometry {
+                let told = self.geometry(&self.book.view(stage), stage);
+                geometry::differences(asked, &told).into_iter().for_each(|it| faults.push(it));
+            }
             let Control { robots, ball, .. } = &control;
             wanted.pucks |= self.book.place(stage, robots, ball.as_ref(), &mut faults);
             wanted.speed = control.speed.or(wanted.speed);
@@ -250,11 +266,12 @@ impl Wire {
         wanted
     }
 
-    /// Of packets in which all may stand, to which there is no answer.
+    /// Of packets in which all may stand; who commands a team of grSim's is told what has changed.
     fn packets(&mut self, batch: &Batch, stage: &mut Stage, complaints: &mut Complaints) -> Wanted {
         let mut wanted = Wanted::default();
         let mut all = Orders::default();
-        for (_, datagram) in &batch.datagrams {
+        let mut senders = BTreeSet::new();
+        for (from, datagram) in &batch.datagrams {
             let radius = |name: RobotName| perform::robot(stage, name).map(|puck| puck.disc.radius);
             let (asked, mut faults) = match (too_long(datagram), batch.purpose) {
                 (Some(faults), _) => (Asked::default(), faults),
@@ -262,6 +279,7 @@ impl Wire {
                 (None, _) => vsss::read(datagram, radius),
             };
             all.extend(&asked.orders);
+            senders.extend(asked.team.map(|team| (from.ip(), team)));
             let (robots, ball) = (&asked.robots, asked.ball.as_ref());
             wanted.pucks |= self.book.place(stage, robots, ball, &mut faults);
             complain(complaints, batch, &faults);
@@ -269,16 +287,24 @@ impl Wire {
         let mut faults = Faults::default();
         self.book.order(stage, &all, &mut faults);
         complain(complaints, batch, &faults);
+        for (sender, team) in senders {
+            let port = self.options.status_ports[team as usize];
+            if let Some(news) = self.told.news(self.book.status(stage, team).into_iter()) {
+                reply(batch, SocketAddr::new(sender, port), &news);
+            }
+        }
         wanted
     }
 
     /// Takes a frame, if it is time for one, and sends what is due.
-    pub fn look(&mut self, stage: &mut Stage, complaints: &mut Complaints) {
+    pub fn look(&mut self, stage: &Stage, complaints: &mut Complaints) {
         let Some(now) = stage.world().arena().map(|arena| arena.now()) else { return };
         if now >= self.next_frame() {
-            self.book.kick(stage);
-            let view = self.book.view(stage);
-            self.frame(&view, stage);
+            self.last = now;
+            if self.has_field {
+                let view = self.book.view(stage);
+                self.frame(&view, stage);
+            }
             self.next = (now * self.options.rate_hz).floor() as u64 + 1;
             // The product may be a rounding below the frame that it was.
             if self.next_frame() <= now {
@@ -294,10 +320,6 @@ impl Wire {
     }
 
     fn frame(&mut self, view: &View, stage: &Stage) {
-        if view.time < self.last {
-            self.restart();
-        }
-        self.last = view.time;
         let WireOptions { field, vision, tracked, realism, .. } = self.options;
         let began = || unix_time().as_secs_f64() - view.time;
         let capture = *self.epoch.get_or_insert_with(began) + view.time;
@@ -315,13 +337,37 @@ impl Wire {
         self.waiting.push_back((due, tracked, tracked::packet(&self.uuid, frame)));
         if view.time >= self.next_geometry {
             self.next_geometry = view.time + GEOMETRY_PERIOD_S;
-            let data = geometry::data(&field, &self.cameras, things(view, stage), ball(stage));
+            let data = self.geometry(view, stage);
             self.waiting.push_back((due, vision, vision::geometry(data)));
         }
     }
 
+    fn geometry(&self, view: &View, stage: &Stage) -> SslGeometryData {
+        geometry::data(&self.options.field, &self.cameras, things(view, stage), ball(stage))
+    }
+
+    /// Follows what was done to the stage: its time may have begun anew. Of a new world, which may
+    /// be of another scene, nothing is known but the scene.
+    pub fn follow(&mut self, stage: &Stage, is_new: bool, complaints: &mut Complaints) {
+        let now = stage.world().arena().map_or(0.0, |arena| arena.now());
+        if now < self.last {
+            self.restart();
+        }
+        if !is_new {
+            return;
+        }
+        self.has_field = stage.scene().field.is_some();
+        match stage.scene().field {
+            Some(marks) => self.options.field = Field::new(self.options.field.league, marks),
+            None => complaints.say("wire", &"the scene has no `field`: teams see nothing of it"),
+        }
+        self.cameras = Cameras::new(self.options.cameras, &self.options.field);
+        self.book = Book::new(self.options.field);
+        self.next_geometry = 0.0;
+    }
+
     /// Simulated time has begun anew: time stamps go on all the same.
-    pub fn restart(&mut self) {
+    fn restart(&mut self) {
         self.epoch = self.epoch.map(|epoch| epoch + self.last);
         (self.last, self.next_geometry, self.next) = (0.0, 0.0, 0);
         self.waiting.clear();

@@ -10,24 +10,31 @@ use glam::DVec2;
 use crate::node::stage::Stage;
 use crate::scene::Puck;
 use crate::wire::field::Field;
-use crate::wire::orders::{Kick, Order, Orders, PlaceBall, PlaceRobot};
+use crate::wire::grsim::Status;
+use crate::wire::orders::{Orders, PlaceBall, PlaceRobot};
+use crate::wire::room::Room;
 use crate::wire::specs::{Specs, SpecsChange};
-use crate::wire::{Code, Faults, RobotName, Seen, View};
-use crate::world::{Command, Disc, NotDone, Pose};
+use crate::wire::{Code, Faults, Kicked, RobotName, Seen, Team, View};
+use crate::world::{Command, Disc, DiscId, Kick, NotDone, Pose};
+
+/// A kick is told in a robot's status for so long, s: ten frames, as in grSim.
+const KICK_TOLD_S: f64 = 10.0 / 60.0;
+/// Robots so near to a ball that is teleported safely stand still then, m.
+const STILL_WITHIN_M: f64 = 0.2;
 
 /// What is known of robots beside the stage.
 #[derive(Clone, Debug)]
 pub struct Book {
     field: Field,
     specs: BTreeMap<RobotName, Specs>,
-    /// Kicks that wait for the ball.
-    armed: BTreeMap<RobotName, Kick>,
+    /// Whether the kick that a robot was last told is a chip.
+    chips: BTreeMap<RobotName, bool>,
 }
 
 impl Book {
     /// Nothing beyond the league.
     pub fn new(field: Field) -> Self {
-        Self { field, specs: BTreeMap::new(), armed: BTreeMap::new() }
+        Self { field, specs: BTreeMap::new(), chips: BTreeMap::new() }
     }
 
     fn specs(&self, name: RobotName) -> Specs {
@@ -39,6 +46,22 @@ impl Book {
         robot(stage, name).is_some_and(|puck| stage.world().has_ball(puck.disc.id))
     }
 
+    /// The status of all robots of a team.
+    pub fn status(&self, stage: &Stage, team: Team) -> Vec<(RobotName, Status)> {
+        let world = stage.world();
+        let now = world.arena().map_or(0.0, |arena| arena.now());
+        let of_team = |puck: &Puck| Some((puck.member.filter(|it| it.team == team)?, puck.disc.id));
+        let status = |(name, id): (RobotName, DiscId)| {
+            let has_kicked = world.kicked_at(id).is_some_and(|at| now - at <= KICK_TOLD_S);
+            let is_chip = self.chips.get(&name) == Some(&true);
+            let has_ball = world.has_ball(id);
+            (name, Status { has_ball, kicks: has_kicked && !is_chip, chips: has_kicked && is_chip })
+        };
+        let mut all: Vec<_> = stage.pucks().iter().filter_map(of_team).map(status).collect();
+        all.sort_unstable_by_key(|(name, _)| *name);
+        all
+    }
+
     /// The game as it is.
     pub fn view(&self, stage: &Stage) -> View {
         view(stage, |name| self.specs(name).height)
@@ -46,47 +69,21 @@ impl Book {
 
     /// Gives robots their orders.
     pub fn order(&mut self, stage: &mut Stage, orders: &Orders, faults: &mut Faults) {
-        for (name, order) in orders.iter() {
+        for (name, mut order) in orders.iter() {
             let Some((id, radius)) = robot(stage, name).map(|it| (it.disc.id, it.disc.radius))
             else {
                 faults.add(Code::Unknown, format!("there is no robot {name}"));
                 continue;
             };
-            self.arm(stage, name, &order);
+            // Teams say in each command that they do not kick: that need not be asked.
+            let waits = stage.world().armed(id).is_some();
+            order.kick = order.kick.filter(|kick| kick.speed > 0.0 || waits);
+            if let Some(kick) = order.kick.filter(|kick| kick.speed > 0.0) {
+                self.chips.insert(name, kick.is_chip());
+            }
             for command in order.commands(id, radius, &self.specs(name)) {
                 let done = stage.ask(command);
                 report(faults, name, done);
-            }
-        }
-    }
-
-    /// A kick waits for the ball until it has it, or is taken back.
-    fn arm(&mut self, stage: &Stage, name: RobotName, order: &Order) {
-        let Some(kick) = order.kick else { return };
-        self.armed.remove(&name);
-        if kick.speed > 0.0 && !self.has_ball(stage, name) {
-            self.armed.insert(name, kick);
-        }
-    }
-
-    /// Kicks of those that have the ball by now.
-    pub fn kick(&mut self, stage: &mut Stage) {
-        if self.armed.is_empty() {
-            return;
-        }
-        for (name, kick) in std::mem::take(&mut self.armed) {
-            let Some((id, radius)) = robot(stage, name).map(|it| (it.disc.id, it.disc.radius))
-            else {
-                continue;
-            };
-            if !stage.world().has_ball(id) {
-                self.armed.insert(name, kick);
-                continue;
-            }
-            let order = Order { kick: Some(kick), ..Order::default() };
-            for command in order.commands(id, radius, &self.specs(name)) {
-                // It was driven when it was armed; one that is not kicks no more.
-                let _ = stage.ask(command);
             }
         }
     }
@@ -142,14 +139,19 @@ impl Book {
                 (None, None) => {
                     faults.add(Code::Unknown, format!("there is no robot {}", place.name));
                 }
-                (Some(_), _) if place.moves() => moving.push(*place),
-                (Some(_), _) => {}
+                (Some(_), _) if place.moves() && !place.by_force => moving.push(*place),
+                (Some(id), _) => {
+                    let to = place.by_force.then_some((place.x, place.y));
+                    report(faults, place.name, pull(stage, id, to));
+                }
             }
         }
+        let ball = ball.filter(|it| !pull_ball(stage, it, faults));
         // Out of the way first, if it goes elsewhere; the robots may come to where it was.
-        let ball_first = ball.filter(|_| put_ball(stage, ball).is_ok());
+        let first = |ball: &PlaceBall| PlaceBall { safely: false, ..*ball };
+        let is_put = ball.is_some_and(|ball| put_ball(stage, &first(ball)).is_ok());
         move_all(stage, moving, faults);
-        if let (Some(_), None) = (ball, ball_first) {
+        if let Some(ball) = ball.filter(|ball| !is_put || ball.safely) {
             match put_ball(stage, ball) {
                 Ok(()) => {}
                 Err(Some(why)) => faults.add(Code::NotDone, format!("ball: {why}")),
@@ -164,11 +166,13 @@ impl Book {
 pub fn view(stage: &Stage, height: impl Fn(RobotName) -> f64) -> View {
     let world = stage.world();
     let time = world.arena().map_or(0.0, |arena| arena.now());
-    let mut view = View { time, ..View::default() };
+    let score = world.score().unwrap_or_default();
+    let mut view = View { time, score, ..View::default() };
     for (puck, Disc { id, position, velocity, radius, .. }) in stage.now() {
         if puck.ball.is_some() {
             let velocity = world.ball(id).map_or(velocity, |motion| motion.velocity);
             view.ball = Some((position, velocity));
+            view.kicked = kicked(stage, puck, position);
         } else if let Some(name) = puck.member {
             let Pose { heading, turn } = world.pose(id).unwrap_or_default();
             let height = height(name);
@@ -177,6 +181,18 @@ pub fn view(stage: &Stage, height: impl Fn(RobotName) -> f64) -> View {
     }
     view.robots.sort_unstable_by_key(|robot| robot.name);
     view
+}
+
+/// The last kick of a ball that is here now, if it still moves from there.
+fn kicked(stage: &Stage, ball: &Puck, here: DVec2) -> Option<Kicked> {
+    let world = stage.world();
+    let Kick { robot, position, velocity, time } = world.kick_of(ball.disc.id)?;
+    let now = world.arena()?.now();
+    let (law, motion) = (ball.ball?, world.ball(ball.disc.id)?);
+    let rest = law.rests_after(motion);
+    let stop = rest.is_finite().then(|| (now + rest, here + law.after(motion, rest).1));
+    let by = stage.pucks().iter().find(|puck| puck.disc.id == robot).and_then(|it| it.member);
+    Some(Kicked { by, position, velocity, time, stop })
 }
 
 /// The robot of a name, if it is there.
@@ -229,17 +245,76 @@ fn add(stage: &mut Stage, place: &PlaceRobot, faults: &mut Faults) -> bool {
     }
 }
 
+/// Lets a force draw a ball that is not put anywhere, or no more; whether that was asked.
+fn pull_ball(stage: &mut Stage, ball: &PlaceBall, faults: &mut Faults) -> bool {
+    let Some(id) = self::ball(stage).map(|puck| puck.disc.id) else { return false };
+    let is_pulled = ball.by_force || !ball.moves();
+    if is_pulled && let Err(why) = pull(stage, id, ball.by_force.then_some((ball.x, ball.y))) {
+        faults.add(Code::NotDone, format!("ball: {why}"));
+    }
+    is_pulled
+}
+
+/// Draws a puck to a place, whose coordinates (m) are as they are where they are not said, or no
+/// more.
+fn pull(
+    stage: &mut Stage,
+    id: DiscId,
+    to: Option<(Option<f64>, Option<f64>)>,
+) -> Result<(), NotDone> {
+    let now = stage.world().arena().and_then(|arena| arena.disc(id)).ok_or(NotDone::Unknown(id))?;
+    let at = now.position;
+    let to = to.map(|(x, y)| DVec2::new(x.unwrap_or(at.x), y.unwrap_or(at.y)));
+    stage.ask(Command::Pull { id, to })
+}
+
 /// Where the ball shall be; nothing without a ball.
-fn put_ball(stage: &mut Stage, ball: Option<&PlaceBall>) -> Result<(), Option<NotDone>> {
-    let (Some(ball), Some(puck)) = (ball, self::ball(stage)) else { return Err(None) };
+fn put_ball(stage: &mut Stage, ball: &PlaceBall) -> Result<(), Option<NotDone>> {
+    let Some(puck) = self::ball(stage) else { return Err(None) };
     let id = puck.disc.id;
     let now = stage.world().arena().and_then(|arena| arena.disc(id)).ok_or(None)?;
     let velocity = stage.world().ball(id).map_or(now.velocity, |motion| motion.velocity);
     let at = DVec2::new(ball.x.unwrap_or(now.position.x), ball.y.unwrap_or(now.position.y));
     let velocity = DVec2::new(ball.vx.unwrap_or(velocity.x), ball.vy.unwrap_or(velocity.y));
+    if ball.safely {
+        make_way(stage, &Disc { position: at, ..now })?;
+    }
     stage.place(id, at, velocity)?;
     if ball.roll {
         stage.ask(Command::Roll { id })?;
+    }
+    Ok(())
+}
+
+/// Robots that stand where the ball shall be go to the nearest place that is free, one after the
+/// other by their names, and those beside it stand still. If there is no place for one, none moves.
+fn make_way(stage: &mut Stage, ball: &Disc) -> Result<(), NotDone> {
+    let mut robots: Vec<(RobotName, Disc)> =
+        stage.now().iter().filter_map(|(puck, disc)| Some((puck.member?, *disc))).collect();
+    robots.sort_unstable_by_key(|(name, _)| *name);
+    let (walls, segments) = (stage.world().walls(), stage.scene().settings.segments);
+    let others = stage.now().into_iter().map(|(_, disc)| disc).chain([*ball]).collect();
+    let mut room = Room { walls, segments, others };
+    if !room.holds(ball) {
+        return Err(NotDone::OutsideWalls);
+    }
+    let gap = |disc: &Disc| disc.position.distance(ball.position) - disc.radius - ball.radius;
+    let mut moved = Vec::new();
+    for (_, robot) in robots.iter_mut().filter(|(_, robot)| gap(robot) < 0.0) {
+        room.others.retain(|other| other.id != robot.id);
+        robot.position = room.nearest(robot, ball.position).ok_or(NotDone::Overlaps(robot.id))?;
+        room.others.push(*robot);
+        moved.push((robot.id, robot.position));
+    }
+    for (id, at) in moved {
+        stage.place(id, at, DVec2::ZERO)?;
+    }
+    for (_, robot) in robots.iter().filter(|(_, robot)| gap(robot) <= STILL_WITHIN_M) {
+        let (id, heading) = (robot.id, stage.world().pose(robot.id).map(|pose| pose.heading));
+        stage.ask(Command::SetVelocity { id, velocity: DVec2::ZERO })?;
+        if let Some(heading) = heading {
+            stage.ask(Command::Turn { id, heading, turn: 0.0 })?;
+        }
     }
     Ok(())
 }

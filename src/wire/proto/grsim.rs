@@ -1,6 +1,7 @@
-//! grSim's older packets, which some teams still send: commands of one team, and replacements.
+//! grSim's older packets, which some teams still send: commands of one team, and replacements; and
+//! the status of robots that it sends back.
 //!
-//! Definitions alone; `grsim` reads them.
+//! Definitions alone; `grsim` reads and fills them.
 
 #[derive(Clone, Copy, PartialEq, prost::Message)]
 pub struct GrSimRobotCommand {
@@ -82,4 +83,22 @@ pub struct GrSimPacket {
     pub commands: Option<GrSimCommands>,
     #[prost(message, optional, tag = "2")]
     pub replacement: Option<GrSimReplacement>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, prost::Message)]
+pub struct RobotStatus {
+    #[prost(int32, required, tag = "1")]
+    pub robot_id: i32,
+    #[prost(bool, required, tag = "2")]
+    pub infrared: bool,
+    #[prost(bool, required, tag = "3")]
+    pub flat_kick: bool,
+    #[prost(bool, required, tag = "4")]
+    pub chip_kick: bool,
+}
+
+#[derive(Clone, PartialEq, prost::Message)]
+pub struct RobotsStatus {
+    #[prost(message, repeated, tag = "1")]
+    pub robots_status: Vec<RobotStatus>,
 }

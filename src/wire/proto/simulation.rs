@@ -174,7 +174,7 @@ pub struct RealismConfigErForce {
     pub simulate_dribbling: Option<bool>,
 }
 
-/// The geometry stays undecoded: carom does not change its field.
+/// The geometry is read by itself: what is wrong with it leaves the rest.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct SimulatorConfig {
     #[prost(bytes = "vec", optional, tag = "1")]

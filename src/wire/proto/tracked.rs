@@ -57,7 +57,22 @@ pub struct TrackedRobot {
     pub visibility: Option<f32>,
 }
 
-/// Without `kicked_ball`: who kicked is not told, nor where the ball will stop.
+#[derive(Clone, Copy, PartialEq, prost::Message)]
+pub struct KickedBall {
+    #[prost(message, required, tag = "1")]
+    pub pos: Vector2,
+    #[prost(message, required, tag = "2")]
+    pub vel: Vector3,
+    #[prost(double, required, tag = "3")]
+    pub start_timestamp: f64,
+    #[prost(double, optional, tag = "4")]
+    pub stop_timestamp: Option<f64>,
+    #[prost(message, optional, tag = "5")]
+    pub stop_pos: Option<Vector2>,
+    #[prost(message, optional, tag = "6")]
+    pub robot_id: Option<RobotId>,
+}
+
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct TrackedFrame {
     #[prost(uint32, required, tag = "1")]
@@ -68,6 +83,8 @@ pub struct TrackedFrame {
     pub balls: Vec<TrackedBall>,
     #[prost(message, repeated, tag = "4")]
     pub robots: Vec<TrackedRobot>,
+    #[prost(message, optional, tag = "5")]
+    pub kicked_ball: Option<KickedBall>,
     #[prost(enumeration = "Capability", repeated, packed = "false", tag = "6")]
     pub capabilities: Vec<i32>,
 }
