@@ -27,7 +27,7 @@ pub fn may_stand(disc: &Disc, walls: Option<&Walls>) -> Result<(), NotDone> {
 pub fn may_stand_among(disc: &Disc, laws: &Laws) -> Result<(), NotDone> {
     let walls = laws.walls.as_ref();
     may_stand(disc, walls)?;
-    let is_in_one = laws.segments.is_some_and(|segments| segments.refuse(disc, walls));
+    let is_in_one = laws.segments.as_ref().is_some_and(|segments| segments.refuse(disc, walls));
     if is_in_one { Err(NotDone::OutsideWalls) } else { Ok(()) }
 }
 

@@ -157,9 +157,13 @@ impl Plan {
         let Some(method) = method else { return Ok(()) };
         let mut plan = Self { method, built: self.needed, ..*self };
         let laws = plan.laws(settings);
-        let exact_only = matches!(method, Method::Events | Method::Steps | Method::Springs);
         let lacks = match method {
-            _ if exact_only && laws.segments.is_some() => Some("segments; take ticks or plain"),
+            Method::Steps | Method::Springs if laws.segments.is_some() => {
+                Some("segments; take events, ticks or plain")
+            }
+            Method::Events if laws.segments.is_some() && !laws.are_straight() => {
+                Some("segments with gravity, drag or a periodic box")
+            }
             Method::Events if !Events::suits(&laws, pucks) => {
                 Some("extreme units and periodic boxes of less than five diameters")
             }

@@ -143,8 +143,7 @@ impl Part {
         match self {
             Self::WrapInside | Self::Ahead => method == Events,
             Self::Remembered | Self::DoubleDouble => method == Plain,
-            Self::Segments => matches!(method, Plain | Ticks),
-            Self::ContactTime => matches!(method, Events | Plain | Ticks),
+            Self::Segments | Self::ContactTime => matches!(method, Events | Plain | Ticks),
             Self::Lanes => method != Plain,
             Self::ExtremeUnits => method != Events,
             Self::Account => method != Method::Springs,
@@ -181,9 +180,10 @@ impl Parts {
     /// of its own for that, in which not even the questions are left.
     pub fn besides_a_gas() -> Self {
         Self::that(|part| {
-            use Part::{ContactTime, Gravity, Masses, Observed, Radii, Restitution, Walls};
-            let quiet = matches!(part, Walls | Restitution | ContactTime | Gravity | Observed);
-            quiet || matches!(part, Masses | Radii)
+            use Part::{ContactTime, Gravity, Masses, Observed, Radii, Restitution};
+            use Part::{Segments, Walls};
+            let bound = matches!(part, Walls | Segments);
+            bound || matches!(part, Restitution | ContactTime | Gravity | Observed | Masses | Radii)
         })
     }
 

@@ -2,6 +2,7 @@
 //! in an arena made anew from the same states, and what the plain method says.
 
 use std::collections::{BTreeMap, HashSet};
+use std::f64::consts::FRAC_PI_4;
 
 use carom::motion::arena::Arena;
 use carom::motion::events::Events;
@@ -10,7 +11,8 @@ use carom::plan::{Method, Plan};
 use carom::scene::lattice::Lattice;
 use carom::scene::spread;
 use carom::world::{
-    Command, Contact, Disc, DiscId, Instants, NotDone, Owner, Periodic, Settings, World,
+    Command, Contact, Disc, DiscId, Instants, NotDone, Owner, Periodic, Segment, Segments,
+    Settings, World,
 };
 use glam::DVec2;
 
@@ -173,6 +175,30 @@ fn edits_in_a_periodic_box_are_what_a_new_arena_and_the_plain_one_say() {
         check("equal", &periodic(14.0), &discs, equal, 80);
         let mixed = editor(seed, 14.0, (0.2, 0.7), (0.5, 3.0), seed == 2);
         check("mixed", &periodic(14.0), &discs, mixed, 80);
+    }
+}
+
+#[test]
+fn edits_between_segments_are_what_a_new_arena_and_the_plain_one_say() {
+    for seed in 0..4 {
+        let discs = gas(seed, 80, 14.0, (0.4, 0.4), (1.0, 1.0));
+        // An octagon that cuts the corners of the square, without who lies there, and a bar.
+        let corner = |k: u32| DVec2::from_angle(0.3 + f64::from(k) * FRAC_PI_4) * 8.8 + 7.0;
+        let mut all: Vec<Segment> =
+            (0..8).map(|k| Segment { from: corner(k), to: corner(k + 1) }).collect();
+        let room = Segments::new(&all, 1.0).expect("segments");
+        all.push(Segment { from: DVec2::new(5.0, 6.1), to: DVec2::new(9.3, 7.7) });
+        let all = Segments::new(&all, if seed == 3 { 0.9 } else { 1.0 }).expect("segments");
+        let free = |disc: &Disc| {
+            let (at, radius) = (disc.position, disc.radius);
+            room.contain(at, radius, false) && all.contain(at, radius, false)
+        };
+        let discs: Vec<Disc> = discs.into_iter().filter(free).collect();
+        assert!(discs.len() > 48, "{}", discs.len());
+        let settings = Settings { segments: Some(all), ..Settings::default() };
+        let radius = if seed == 1 { (0.1, 0.8) } else { (0.4, 0.4) };
+        let editor = editor(seed, 14.0, radius, (0.5, 2.0), seed == 2);
+        check("segments", &settings, &discs, editor, 80);
     }
 }
 

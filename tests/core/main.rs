@@ -10,6 +10,7 @@ mod edits;
 mod error_report;
 mod events;
 mod exact;
+mod fenced;
 mod gravity;
 mod gravity_events;
 mod house;

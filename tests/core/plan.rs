@@ -6,7 +6,8 @@ use carom::plan::why::{Told, Verdict};
 use carom::plan::{BroadPhase, Method, Plan};
 use carom::scene::{Scene, shipped};
 use carom::world::{
-    Command, Contact, Disc, Instants, Owner, Partner, Periodic, Report, Settings, World,
+    Command, Contact, Disc, Instants, Owner, Partner, Periodic, Report, Segment, Segments,
+    Settings, World,
 };
 use glam::DVec2;
 
@@ -276,6 +277,28 @@ fn any_scene_has_the_same_bits_with_all_parts() {
         }
     }
     assert!(contacts > 4000, "{contacts}");
+}
+
+#[test]
+fn between_segments_all_parts_leave_the_bits_as_they_are() {
+    let mut contacts = 0;
+    for seed in 0..6 {
+        let (radius, mass) =
+            if seed % 2 == 0 { ((0.3, 0.3), (1.0, 1.0)) } else { ((0.2, 0.4), (0.5, 3.0)) };
+        let discs = gas(seed, 60, 9.0, radius, mass);
+        let corner = |k: u32| DVec2::from_angle(0.2 + f64::from(k) * 1.1) * 7.6 + 4.5;
+        let all: Vec<Segment> =
+            (0..6).map(|k| Segment { from: corner(k), to: corner((k + 1) % 6) }).collect();
+        let restitution = if seed % 3 == 0 { 0.9 } else { 1.0 };
+        let segments = Some(Segments::new(&all, restitution).expect("segments"));
+        for method in [Method::Events, Method::Plain] {
+            let method = Some(method);
+            let settings = Settings { method, restitution, segments, ..Settings::default() };
+            let name = format!("seed {seed}, segments");
+            contacts += same_bits(&name, settings, &discs, 2.0, method == Some(Method::Events));
+        }
+    }
+    assert!(contacts > 1000, "{contacts}");
 }
 
 #[test]

@@ -13,14 +13,14 @@ use glam::DVec2;
 
 use crate::common::{Random, disc};
 
-fn closed(points: &[[f64; 2]]) -> Vec<Segment> {
+pub fn closed(points: &[[f64; 2]]) -> Vec<Segment> {
     let points: Vec<DVec2> = points.iter().map(|point| DVec2::from_array(*point)).collect();
     let next = points.iter().cycle().skip(1);
     points.iter().zip(next).map(|(from, to)| Segment { from: *from, to: *to }).collect()
 }
 
 /// A room of 4 m by 3 m with cut corners, pockets for goals, and a bar in it.
-fn field() -> Vec<Segment> {
+pub fn field() -> Vec<Segment> {
     let mut all = closed(&[
         [-1.9, -1.5],
         [1.9, -1.5],
@@ -43,13 +43,13 @@ fn field() -> Vec<Segment> {
     all
 }
 
-fn laws(segments: &[Segment], restitution: f64) -> Laws {
+pub fn laws(segments: &[Segment], restitution: f64) -> Laws {
     let segments = Some(Segments::new(segments, restitution).expect("segments"));
     Laws { segments, restitution, ..Laws::FREE }
 }
 
 /// Discs inside of the field.
-fn crowd(random: &mut Random, count: u32, speed: f64) -> Vec<Disc> {
+pub fn crowd(random: &mut Random, count: u32, speed: f64) -> Vec<Disc> {
     let segments = Segments::new(&field(), 1.0).expect("segments");
     let mut discs: Vec<Disc> = Vec::new();
     while discs.len() < count as usize {
@@ -84,7 +84,7 @@ fn advance_ticks(ticks: &mut Ticks, until: f64) -> Vec<Contact> {
     contacts
 }
 
-fn is_in_room(position: DVec2, radius: f64) -> bool {
+pub fn is_in_room(position: DVec2, radius: f64) -> bool {
     let room = Segments::new(&field()[..16], 1.0).expect("segments");
     room.contain(position, radius * (1.0 - 1e-6), false)
 }
@@ -285,7 +285,6 @@ fn commands_respect_segments_and_others_refuse_them() {
     let segments = Segments::new(&field()[..16], 0.5).expect("segments");
     let settings = Settings { segments: Some(segments), ..Settings::default() };
     let pucks = [disc(1, [0.0, 0.0], [1.0, 0.3], 0.1, 1.0)];
-    let mut world = World::new(settings, &pucks);
     let place = |x: f64, y: f64| Command::PlacePuck {
         id: 1,
         position: DVec2::new(x, y),
@@ -300,14 +299,19 @@ fn commands_respect_segments_and_others_refuse_them() {
         Command::AddPuck(disc(2, [0.0, 1.45], [0.0; 2], 0.1, 1.0)),
         Command::MoveWalls { min: DVec2::splat(-1.0), max: DVec2::splat(1.0) },
     ];
-    let outcome = world.step(&commands, Instants { heard_at: 0.0, advance_to: 0.0 });
-    let outside = |k| (k, NotDone::OutsideWalls);
-    let expected = [outside(1), outside(2), outside(3), outside(4), outside(5)];
-    assert_eq!(outcome.not_done[..5], expected);
-    assert_eq!(outcome.not_done[5..], [(6, NotDone::FixedField)]);
-    for method in [Method::Events, Method::Steps, Method::Springs] {
+    for method in [Method::Plain, Method::Events, Method::Ticks] {
+        let settings = Settings { method: Some(method), ..settings };
+        let mut world = World::new(settings, &pucks);
+        assert_eq!(world.plan().method, method);
+        let outcome = world.step(&commands, Instants { heard_at: 0.0, advance_to: 0.0 });
+        let outside = |k| (k, NotDone::OutsideWalls);
+        let expected = [outside(1), outside(2), outside(3), outside(4), outside(5)];
+        assert_eq!(outcome.not_done[..5], expected, "{method}");
+        assert_eq!(outcome.not_done[5..], [(6, NotDone::FixedField)], "{method}");
+    }
+    for method in [Method::Steps, Method::Springs] {
         let error = Plan::of(&settings, &pucks).choose(Some(method), &settings, &pucks);
-        assert!(error.expect_err("refused").contains("segments; take ticks or plain"));
+        assert!(error.expect_err("refused").contains("segments; take events, ticks or plain"));
     }
     let short = Segment { from: DVec2::ONE, to: DVec2::ONE };
     assert_eq!(Segments::new(&[field()[0], short], 1.0), Err(BadSegment::NoLine(1)));

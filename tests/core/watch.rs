@@ -4,7 +4,9 @@
 use carom::motion::arena::Arena;
 use carom::motion::watch::{Listener, Watcher};
 use carom::plan::{Method, Plan};
-use carom::world::{Command, Disc, Instants, Owner, Periodic, Report, Settings, World};
+use carom::world::{
+    Command, Disc, Instants, Owner, Periodic, Report, Segment, Segments, Settings, World,
+};
 use glam::DVec2;
 
 use crate::common::{Random, box_settings, disc, gas};
@@ -70,6 +72,11 @@ fn looks_tell_the_discs_whatever_happens_to_them() {
         let mut settings = box_settings(10.0, 0.9);
         if seed % 2 == 1 {
             (settings.walls, settings.periodic) = (None, periodic);
+        }
+        if seed % 4 == 2 {
+            let (from, to) = (DVec2::new(3.0, -1.0), DVec2::new(7.0, 11.0));
+            let bar = Segments::new(&[Segment { from, to }], 1.0).expect("a segment");
+            settings.segments = Some(bar);
         }
         settings.method = Some(Method::Events);
         // Observed circles are forgotten between two looks.

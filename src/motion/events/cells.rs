@@ -8,6 +8,7 @@
 //! A cell holds a fixed number of discs, those beyond it are kept apart: geometry makes them rare.
 //! Who looks at it leaves the empty places out; how fast, is for [`super::lanes`].
 
+mod lists;
 mod ring;
 
 use std::collections::HashMap;
@@ -18,6 +19,8 @@ use glam::DVec2;
 use super::pages;
 
 use crate::world::Periodic;
+
+pub use lists::Lists;
 
 /// Most columns or rows: places are kept in two halves of 32 bits.
 const LINE_MAX: f64 = 60_000.0;
@@ -123,6 +126,8 @@ pub struct Needs {
     pub min: DVec2,
     /// Upper right corner, m.
     pub max: DVec2,
+    /// Room for discs in it, m^2.
+    pub area: f64,
     /// Largest diameter, m.
     pub diameter: f64,
     /// Discs per area, 1/m^2.
@@ -249,6 +254,12 @@ impl Cells {
     pub fn start(&self, place: Place) -> usize {
         let stride = usize::from(self.columns) + 2;
         (usize::from(place.row) * stride + usize::from(place.column)) * self.size
+    }
+
+    /// Index of a cell among all, those of the rim too.
+    #[inline(always)]
+    fn index(&self, place: Place) -> usize {
+        usize::from(place.row) * (usize::from(self.columns) + 2) + usize::from(place.column)
     }
 
     #[inline(always)]

@@ -5,11 +5,11 @@ use glam::DVec2;
 use super::cells::Block;
 use super::lanes::{Unit, prefetch};
 use super::predict::SIDES;
-use super::{Due, Each, Events, Last, Place, TIE, WALL};
+use super::{Due, Each, Events, Last, Place, SEGMENT, TIE, WALL};
 use crate::motion::Witness;
 use crate::resolve::pair::{Exchange, MassFractions, exchange};
 use crate::resolve::wall::{bounce, wall_contact};
-use crate::world::{Contact, Disc, Owner, Partner, Side, limits};
+use crate::world::{Contact, Disc, Owner, Partner, limits};
 
 /// By how much the square of a distance may differ from contact, in its own units: beyond it, a
 /// partner was moved from outside.
@@ -25,7 +25,7 @@ impl Events {
     pub(super) fn meet<U: Unit>(&mut self, k: usize, due: Due, witness: &mut impl Witness) {
         let met = due.met();
         if !U::BARE && met >= WALL as usize {
-            self.bounce_off::<U>(k, SIDES[met & 3], witness);
+            self.bounce_off::<U>(k, met, witness);
         } else if self.is_stale(&due) {
             U::renew(self, k, f64::NAN);
         } else if (due.partner | self.dues[met].partner) & TIE != 0 || self.is_crowded(k, met) {
@@ -221,8 +221,13 @@ impl Events {
         }
     }
 
+    /// A disc meets a wall or a segment, by its number.
     #[inline(never)]
-    fn bounce_off<U: Unit>(&mut self, k: usize, side: Side, witness: &mut impl Witness) {
+    fn bounce_off<U: Unit>(&mut self, k: usize, met: usize, witness: &mut impl Witness) {
+        if met >= SEGMENT as usize {
+            return self.bounce_off_segment::<U>(k, met - SEGMENT as usize, witness);
+        }
+        let side = SIDES[met & 3];
         if self.fall.is_some() {
             return self.land::<U>(k, side, witness);
         }

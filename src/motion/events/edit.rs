@@ -8,7 +8,7 @@ use std::collections::{HashMap, HashSet};
 use glam::DVec2;
 
 use super::{Each, Events};
-use crate::motion::entry::{fits_box, may_stand, moved};
+use crate::motion::entry::{fits_box, may_stand_among, moved};
 use crate::plan::parts::brings_energy;
 use crate::world::{Disc, DiscId, NotDone, Owner};
 
@@ -37,7 +37,7 @@ impl Events {
     /// # Errors
     /// [`NotDone`]; nothing is changed then.
     pub fn add(&mut self, disc: Disc) -> Result<(), NotDone> {
-        may_stand(&disc, self.laws.walls.as_ref())?;
+        may_stand_among(&disc, &self.laws)?;
         fits_box(&disc, self.laws.periodic)?;
         if [Owner::Simulated, Owner::Observed].iter().any(|&owner| self.has(owner, disc.id)) {
             return Err(NotDone::Taken(disc.id));
@@ -76,7 +76,7 @@ impl Events {
         let k = self.find(Owner::Simulated, id).ok_or(NotDone::Unknown(id))?;
         let before = self.disc(k);
         let after = Disc { position, velocity, ..before };
-        may_stand(&after, self.laws.walls.as_ref())?;
+        may_stand_among(&after, &self.laws)?;
         self.is_clear_at(&after, Some(k))?;
         self.book_fall(k);
         self.guests |= brings_energy(&after);
@@ -91,8 +91,12 @@ impl Events {
     /// Moves the walls, and brings discs inside.
     ///
     /// # Errors
-    /// [`NotDone`] if there are no walls, or no room within; nothing is changed then.
+    /// [`NotDone`] if there are no walls, or no room within, or segments, which stay; nothing is
+    /// changed then.
     pub fn move_walls(&mut self, min: DVec2, max: DVec2) -> Result<(), NotDone> {
+        if self.laws.segments.is_some() {
+            return Err(NotDone::FixedField);
+        }
         let simulated = |k: &usize| self.owners[*k] == Owner::Simulated;
         let within: Vec<usize> = (0..self.flights.len()).filter(simulated).collect();
         let widest = within.iter().map(|&k| self.radii.get(k)).fold(0.0, f64::max);

@@ -132,7 +132,7 @@ fn on_levels(needs: &Needs, discs: &[Disc], share: f64) -> Option<Grids> {
 /// The finest level: as many of the smallest discs as do not crowd cells that fit the largest of
 /// them, and how many these are.
 fn finest(needs: &Needs, radii: &[f64], share: f64) -> (Needs, usize) {
-    let area = (needs.max - needs.min).element_product() / share;
+    let area = needs.area / share;
     let mut beyond = vec![0.0; radii.len() + 1];
     for k in (0..radii.len()).rev() {
         beyond[k] = beyond[k + 1] + std::f64::consts::PI * radii[k] * radii[k];
@@ -352,6 +352,9 @@ impl Events {
             due.exit = due.exit.min(self.exit(self.exits_between(k, (low, high))));
         }
         self.dues[k] = due;
+        if self.fence.is_some() {
+            self.consider_segments(k, level);
+        }
     }
 
     /// All cells in which a disc may meet somebody.

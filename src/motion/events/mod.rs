@@ -12,7 +12,8 @@
 //! is takes one product, and no time of its own. At the end of an epoch all are carried on to the
 //! next, and the days of the calendar are fitted to what happened.
 //!
-//! Under gravity flights are kept as if there were none, and what it adds is for `fall`.
+//! Under gravity flights are kept as if there were none, and what it adds is for `fall`. Of line
+//! segments a disc looks for those that it may touch while it is in its cell: `segments`.
 //!
 //! The laws and policies are those of the plain method, its judge, which agrees event for event
 //! until rounding has grown; extreme units are left to that. The arithmetic has no
@@ -31,6 +32,7 @@ mod levels;
 mod pages;
 mod predict;
 pub mod rows;
+mod segments;
 mod together;
 
 use std::cmp::Ordering;
@@ -52,6 +54,7 @@ use fall::Fall;
 use lanes::{Near, Unit, Wrap};
 use levels::{Grids, Levels};
 use rows::Noted;
+use segments::Fence;
 
 pub use lanes::Lanes;
 
@@ -119,6 +122,8 @@ struct Due {
 const TIE: u32 = 1 << 31;
 /// In `Due::partner`: from here on walls, in the order of `SIDES`.
 const WALL: u32 = 1 << 30;
+/// In `Due::partner`: from here on line segments, by their places.
+const SEGMENT: u32 = WALL | 1 << 29;
 /// In `Due::partner`: nothing.
 const NOTHING: u32 = WALL | 0xff;
 
@@ -195,6 +200,8 @@ pub struct Events {
     guests: bool,
     /// What falls, where there is gravity.
     fall: Option<Fall>,
+    /// The line segments, where there are any.
+    fence: Option<Box<Fence>>,
     /// Whether contacts may lose energy, so that each is booked.
     lossy: bool,
     /// Where a disc of an id is, once somebody asked.
@@ -262,10 +269,12 @@ const SAME_INSTANT: f64 = 16.0 * UNIT_ROUNDOFF;
 
 impl Events {
     /// Whether this method has all that a scene needs: not extreme units, or a periodic box so
-    /// small that a disc could meet two images of another.
+    /// small that a disc could meet two images of another, or segments for what does not fly
+    /// straight.
     pub fn suits(laws: &Laws, discs: &[Disc]) -> bool {
         let wide = laws.periodic.is_none() || grids(laws, discs).are_wide();
-        !laws.extreme_units && wide && laws.segments.is_none()
+        let met = laws.segments.is_none() || laws.are_straight();
+        !laws.extreme_units && wide && met
     }
 
     /// An arena at time 0, of a scene that [suits](Self::suits) the method.
@@ -295,6 +304,7 @@ impl Events {
             guests: parts.has(Part::Observed),
             lossy: parts.has(Part::Restitution),
             fall,
+            fence: laws.segments.as_ref().map(|all| Box::new(Fence::new(all))),
             index: None,
             cells,
             levels,
@@ -436,6 +446,7 @@ impl Events {
     fn is_bare(&self) -> bool {
         let built = Parts::that(|part| match part {
             Part::Walls => self.laws.walls.is_some(),
+            Part::Segments => self.fence.is_some(),
             Part::Masses => !self.masses.own().is_empty(),
             Part::Radii => !self.radii.own().is_empty(),
             Part::Restitution => self.lossy,
@@ -696,17 +707,20 @@ fn grids(laws: &Laws, discs: &[Disc]) -> Grids {
 fn needs(laws: &Laws, discs: &[Disc]) -> Needs {
     let diameter = 2.0 * discs.iter().map(|disc| disc.radius).fold(0.0, f64::max);
     let walls = laws.walls.filter(|walls| *walls != Walls::FAR_AWAY);
-    let (min, max, border) = match (walls, laws.periodic) {
-        (Some(walls), _) => (walls.min, walls.max, Border::Closed),
-        (_, Some(periodic)) => (periodic.min, periodic.max, Border::Periodic(periodic)),
-        _ => {
-            let (min, max) = bounds(discs);
-            (min, max, Border::Open)
-        }
+    let whole = |min: DVec2, max: DVec2, border| (min, max, border, (max - min).element_product());
+    let (min, max, border, area) = match (walls, laws.periodic) {
+        (Some(walls), _) => whole(walls.min, walls.max, Border::Closed),
+        (_, Some(periodic)) => whole(periodic.min, periodic.max, Border::Periodic(periodic)),
+        _ => laws.segments.as_ref().and_then(|all| segments::field(all, discs)).unwrap_or_else(
+            || {
+                let (min, max) = bounds(discs);
+                whole(min, max, Border::Open)
+            },
+        ),
     };
-    let density = discs.len() as f64 / (max - min).element_product();
+    let density = discs.len() as f64 / area;
     let is_equal = discs.iter().all(|disc| 2.0 * disc.radius == diameter);
-    Needs { min, max, diameter, density, border, is_equal, is_finest: false }
+    Needs { min, max, area, diameter, density, border, is_equal, is_finest: false }
 }
 
 /// A box around all discs with as much room again.

@@ -31,6 +31,7 @@ macro_rules! sight {
 impl Events {
     /// Makes new cells, and predicts all.
     pub(super) fn renew_grid(&mut self) {
+        self.list_segments();
         self.dues.clear();
         for k in 0..self.flights.len() {
             self.bring_inside(k);
@@ -124,6 +125,9 @@ impl Events {
             _ => self.exit(self.exits(k, due.place)),
         };
         self.dues[k] = due;
+        if !U::BARE && self.fence.is_some() {
+            self.consider_segments(k, 0);
+        }
     }
 
     /// What a disc is due for that meets somebody, or nobody.

@@ -83,6 +83,12 @@ impl Laws {
         extreme_units: false,
     };
 
+    /// Whether discs fly straight at a constant velocity, in a plane that does not repeat: what
+    /// segments ask for.
+    pub fn are_straight(&self) -> bool {
+        self.gravity.is_none() && self.drag == 0.0 && self.periodic.is_none()
+    }
+
     /// What gravity does to a disc: nothing along the normal of a wall on which the disc lies
     /// still and is pressed.
     pub(super) fn acceleration(&self, gravity: DVec2, disc: &Disc) -> DVec2 {

@@ -57,19 +57,28 @@ impl Fence {
         reach >= distance
     }
 
-    /// The first segment that a disc meets within a horizon (s): when, and which.
-    fn first(&self, flight: &Flight, position: DVec2, horizon: f64) -> Option<(f64, u32)> {
+    /// The first segment that a disc meets from an offset (s) on within a horizon (s): at which
+    /// offset, and which.
+    fn first(
+        &self,
+        flight: &Flight,
+        position: DVec2,
+        now: f64,
+        horizon: f64,
+    ) -> Option<(f64, u32)> {
         let Flight { velocity, radius, .. } = *flight;
         let way = (velocity.length() * horizon + radius) * SAFE;
-        let (position_whole, velocity) = (position.into(), velocity.into());
+        let (position_whole, velocity_whole) = (position.into(), velocity.into());
         let mut first: Option<(f64, u32)> = None;
         for (place, edge) in (0..).zip(&self.edges) {
             if edge.segment.distance(position) > way * SAFE {
                 continue;
             }
-            let time = edge.impact(&position_whole, &velocity, radius);
-            if let Some(time) = time.filter(|time| first.is_none_or(|(other, _)| *time < other)) {
-                first = Some((time, place));
+            let wait = edge.impact(&position_whole, &velocity_whole, radius);
+            let Some(offset) = wait.map(|wait| now + wait) else { continue };
+            let is_met = offset > now || edge.is_approached(position, velocity, radius);
+            if is_met && first.is_none_or(|(other, _)| offset < other) {
+                first = Some((offset, place));
             }
         }
         first
@@ -91,10 +100,8 @@ impl Ticks {
             if !self.body(k).is_simulated() || !self.fence.is_near(k, position, reach) {
                 continue;
             }
-            let Some((time, place)) = self.fence.first(&flight, position, horizon) else {
-                continue;
-            };
-            let offset = self.present.offset + time;
+            let first = self.fence.first(&flight, position, self.present.offset, horizon);
+            let Some((offset, place)) = first else { continue };
             if self.is_in_window(offset) {
                 self.agenda.add(offset, k, With::Segment(place));
             }
