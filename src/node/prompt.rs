@@ -1,5 +1,6 @@
 //! The first message of a writer, which it may have sent before this node knew the writer: the
-//! request of `ros2 service call`. (Of the topics nobody asks again: their readers are best effort.)
+//! request of `ros2 service call`. (Nobody asks again for those on topics: readers of these are
+//! best effort.)
 //!
 //! RustDDS 0.15.1 drops what an unknown writer sends and then asks for it by an ACKNACK with the
 //! count 0, which Fast DDS passes over; the message came 3 s later, at the writer's next HEARTBEAT,
