@@ -1,9 +1,9 @@
 //! What recording costs the loop: `cargo bench --bench recording [-- SECONDS [PAIRS]]`.
 //!
-//! Two nodes run 1000 pucks at 100 Hz in real time at the same time, one with `--record` and one
-//! without, so that the noise of the machine hits both. What is compared is the time that the
-//! threads of their loops were on a processor, by the kernel's account; the thread that writes is
-//! another one. Figures are printed, not judged.
+//! The node runs 1000 pucks at 100 Hz in real time, with `--record` and without, in turn and each
+//! first as often, its loop always on the same processor. What is compared is the time that the
+//! thread of the loop was on it, by the kernel's account; the thread that writes is another one.
+//! Figures are printed, not judged.
 
 use std::fs;
 use std::io::Read;
@@ -12,45 +12,50 @@ use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Of the first node, and the next of the second.
-const DOMAIN: u32 = 78;
+const DOMAIN: &str = "79";
 const RATE_HZ: f64 = 100.0;
-/// What is not looked at, s: the nodes open their topics, and the bag.
+/// What is not looked at, s: the node opens its topics, and the bag.
 const START_S: f64 = 1.0;
 
 fn main() {
     let numbers: Vec<f64> = std::env::args().filter_map(|word| word.parse().ok()).collect();
     let seconds = numbers.first().copied().unwrap_or(60.0);
-    let pairs = numbers.get(1).map_or(3, |pairs| *pairs as usize).max(1);
+    let pairs = numbers.get(1).map_or(4, |pairs| *pairs as usize).max(1);
     let ticks = (seconds - START_S) * RATE_HZ;
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("recording");
     let mut costs = Vec::new();
     for pair in 0..pairs {
-        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("recording-{pair}"));
-        let _ = fs::remove_dir_all(&folder);
-        // Who starts first changes.
-        let recorded = pair % 2;
-        let mut nodes = [0, 1].map(|k| Node::start(k, seconds, (k == recorded).then_some(&folder)));
-        let times = measure(&mut nodes);
-        let line = nodes[recorded].ended();
-        let _ = fs::remove_dir_all(&folder);
-        let (with, without) = (times[recorded], times[1 - recorded]);
-        println!(
-            "{:7.1} us a tick without, {:7.1} us with: {:+.2} %   {line}",
-            without * 1e6 / ticks,
-            with * 1e6 / ticks,
-            (with / without - 1.0) * 100.0
-        );
-        costs.push(with / without - 1.0);
+        let (mut times, mut line) = ([0.0; 2], String::new());
+        for turn in [pair % 2, 1 - pair % 2] {
+            let _ = fs::remove_dir_all(&folder);
+            let mut node = Node::start(seconds, (turn == 1).then_some(&folder));
+            times[turn] = node.measure() * 1e6 / ticks;
+            line = if turn == 1 { node.ended() } else { line };
+        }
+        let [without, with] = times;
+        let cost = (with / without - 1.0) * 100.0;
+        println!("{without:7.1} us a tick without, {with:7.1} us with: {cost:+.2} %   {line}");
+        costs.push(times);
     }
-    costs.sort_by(f64::total_cmp);
-    println!("median: {:+.2} % of the loop's time", costs[costs.len() / 2] * 100.0);
+    let _ = fs::remove_dir_all(&folder);
+    let mean = |k: usize| costs.iter().map(|times| times[k]).sum::<f64>() / costs.len() as f64;
+    let median = |values: &mut Vec<f64>| {
+        values.sort_by(f64::total_cmp);
+        values[values.len() / 2]
+    };
+    let ratios: &mut Vec<f64> = &mut costs.iter().map(|times| times[1] / times[0]).collect();
+    println!(
+        "of the loop's time: median of pairs {:+.2} %, of all {:+.2} %",
+        (median(ratios) - 1.0) * 100.0,
+        (mean(1) / mean(0) - 1.0) * 100.0
+    );
 }
 
 /// A node that runs.
 struct Node(Child);
 
 impl Node {
-    fn start(number: usize, seconds: f64, record: Option<&Path>) -> Self {
+    fn start(seconds: f64, record: Option<&Path>) -> Self {
         let mut command = Command::new(env!("CARGO_BIN_EXE_carom"));
         command.args(["run", "thousand", "--for", &seconds.to_string()]);
         if let Some(folder) = record {
@@ -59,11 +64,16 @@ impl Node {
         let rate = format!("publish_rate_hz:={RATE_HZ:.1}");
         let child = command
             .args(["--ros-args", "-p", &rate])
-            .env("ROS_DOMAIN_ID", (DOMAIN + number as u32).to_string())
+            .env("ROS_DOMAIN_ID", DOMAIN)
             .env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
             .stderr(Stdio::piped())
             .spawn()
             .expect("the program was built");
+        // Always on one processor, for two are not alike; other threads are free. Where there
+        // is no such program there is more noise.
+        let mut pin = Command::new("taskset");
+        let pin = pin.args(["-p", "-c", "0", &child.id().to_string()]).stdout(Stdio::null());
+        let _ = pin.status();
         Self(child)
     }
 
@@ -78,6 +88,19 @@ impl Node {
         Some(time * 1e-9)
     }
 
+    /// Time on a processor, s, from the end of the start to the last look at it.
+    fn measure(&mut self) -> f64 {
+        let (begin, mut first, mut last) = (Instant::now(), None, 0.0);
+        while let Some(time) = self.loop_time() {
+            last = time;
+            if begin.elapsed().as_secs_f64() > START_S {
+                first.get_or_insert(last);
+            }
+            thread::sleep(Duration::from_millis(5));
+        }
+        last - first.expect("a run longer than the start")
+    }
+
     /// What it said about its bag.
     fn ended(&mut self) -> String {
         let mut log = String::new();
@@ -86,20 +109,4 @@ impl Node {
         let line = log.lines().find_map(|line| line.split_once("recorded "));
         line.map(|(_, line)| line.to_owned()).unwrap_or_default()
     }
-}
-
-/// Times on a processor of both, s, from the end of the start to the last look at both.
-fn measure(nodes: &mut [Node; 2]) -> [f64; 2] {
-    let (begin, mut first, mut last) = (Instant::now(), None, [0.0; 2]);
-    while let (Some(a), Some(b)) = (nodes[0].loop_time(), nodes[1].loop_time()) {
-        last = [a, b];
-        if begin.elapsed().as_secs_f64() > START_S {
-            first.get_or_insert(last);
-        }
-        thread::sleep(Duration::from_millis(5));
-    }
-    let [a, b] = first.expect("a run longer than the start");
-    // The other one ends by itself.
-    nodes.iter_mut().for_each(|node| drop(node.0.wait()));
-    [last[0] - a, last[1] - b]
 }

@@ -1,8 +1,9 @@
 //! The recorder: what the node says and hears goes into a bag, by a thread of its own.
 //!
-//! The loop never waits and does little. Messages of a turn of the loop are gathered in a batch and
-//! handed over at its end; the thread is not woken, it looks every few milliseconds, and batches
-//! come back to be filled again. The pucks are not written down at each tick: the thread is told
+//! The loop never waits and does little. Messages of several turns of the loop are gathered in a
+//! batch and handed over; the thread is not woken, it looks now and then, and batches come back to
+//! be filled again. It does much at a time and seldom: each time it leaves a loop on the same
+//! processor with cold caches. The pucks are not written down at each tick: the thread is told
 //! who [turned](crate::motion::watch) and makes the message of it. What does not fit into the queue
 //! is dropped, counted, and noted in the bag at its place.
 
@@ -32,10 +33,14 @@ use crate::world::Contact;
 const WAITING_BYTES_MAX: usize = 64 << 20;
 /// What a message that waits takes besides its content, bytes.
 const MESSAGE_BYTES: usize = 256;
+/// A batch with so many bytes is handed over at once, else when the thread looks.
+const BATCH_BYTES: usize = 1 << 20;
 /// The thread looks for messages so often.
-const LOOK_PERIOD: Duration = Duration::from_millis(5);
-/// A chunk is written at least so often: so much is lost at most when the node is killed.
-const FLUSH_PERIOD: Duration = Duration::from_millis(500);
+const LOOK_PERIOD: Duration = Duration::from_millis(50);
+/// A batch waits so long at most, even if nothing else wakes the loop.
+const HAND_OVER_LATEST: Duration = Duration::from_millis(200);
+/// A chunk is written at least so often: in all, half a second is lost when the node is killed.
+const FLUSH_PERIOD: Duration = Duration::from_millis(250);
 
 /// Messages of one turn of the loop.
 #[derive(Default)]
@@ -72,6 +77,7 @@ struct Shared {
     written: Receiver<Batch>,
     /// The one that is being filled.
     batch: RefCell<Batch>,
+    handed_over_at: Cell<Instant>,
     watcher: RefCell<Watcher>,
     waiting_bytes: Arc<AtomicUsize>,
     topics: Cell<usize>,
@@ -117,6 +123,7 @@ impl Recorder {
             sender: RefCell::new(Some(sender)),
             written,
             batch: RefCell::default(),
+            handed_over_at: Cell::new(Instant::now()),
             watcher: RefCell::default(),
             waiting_bytes,
             topics: Cell::new(0),
@@ -164,7 +171,22 @@ impl Recorder {
         self.0.failure.get().map(String::as_str)
     }
 
-    /// Hands over what was gathered since the last time.
+    /// Hands over what was gathered, if that is much or some time ago.
+    pub fn hand_over_if_due(&self, now: Instant) {
+        let waits = now.saturating_duration_since(self.0.handed_over_at.get()) < LOOK_PERIOD;
+        if !waits || self.0.batch.borrow().bytes >= BATCH_BYTES {
+            self.0.handed_over_at.set(now);
+            self.hand_over();
+        }
+    }
+
+    /// When it is to be done at the latest.
+    pub fn due(&self) -> Option<Instant> {
+        let waits = !self.0.batch.borrow().items.is_empty();
+        waits.then(|| self.0.handed_over_at.get() + HAND_OVER_LATEST)
+    }
+
+    /// Hands over what was gathered.
     pub fn hand_over(&self) {
         let shared = &*self.0;
         if shared.batch.borrow().items.is_empty() {

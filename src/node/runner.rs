@@ -170,7 +170,7 @@ impl<'a> Runner<'a> {
             self.ros.prompt(now);
             self.outputs.send_waiting(now, &mut self.complaints);
             self.rosout.tell(&mut self.complaints);
-            self.recorder.iter().for_each(Recorder::hand_over);
+            self.recorder.iter().for_each(|recorder| recorder.hand_over_if_due(now));
         }
         self.complaints.settle();
         self.status.finish(self.stage.world().arena(), Instant::now());
@@ -213,7 +213,8 @@ impl<'a> Runner<'a> {
             }
         };
         let wake = wake.min(self.live.due()).min(self.ros.peers().due().unwrap_or(wake));
-        self.outputs.due().map_or(wake, |due| wake.min(due))
+        let recorder = self.recorder.as_ref().and_then(Recorder::due);
+        [self.outputs.due(), recorder].into_iter().flatten().fold(wake, Instant::min)
     }
 
     /// Advances the arena to its next tick when that is due, and publishes its state there.
