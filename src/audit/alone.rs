@@ -12,11 +12,9 @@ use super::findings::{Collision, Kind, Kinds, Met, Sight, Violation};
 use super::flight::{Course, Flight};
 use super::judge::{JUDGED, VAGUE};
 use super::law::Source;
+use super::surroundings::NEAR;
 use super::verdict::{Court, Verdict};
 use crate::world::{Disc, Segment, Side};
-
-/// Part of its radius by which a disc may be off a segment that it met.
-const NEAR: f64 = 0.05;
 
 /// A hit of something that does not move.
 struct Hit {
@@ -145,11 +143,17 @@ impl Court<'_> {
 
     /// The violation of a disc that went through a segment, far from its ends.
     pub(super) fn through_a_segment(&self, flight: &Flight) -> Option<Violation> {
-        if flight.course == Course::Jumped {
-            return None;
-        }
         let (from, to) = (flight.before.position, flight.after.position);
-        let crossed = |segment: &&Segment| crossing(segment, from, to, flight.before.radius);
+        // Of any other course nobody knows the way.
+        let turn = match flight.course {
+            Course::Quiet => to,
+            Course::Bent(instant) => self.place(flight, instant),
+            Course::Tangled | Course::Jumped => return None,
+        };
+        let crossed = |segment: &&Segment| {
+            let legs = [(from, turn), (turn, to)];
+            legs.iter().any(|&(from, to)| crossing(segment, from, to, flight.before.radius))
+        };
         let segment = self.surroundings.segments.iter().find(crossed)?;
         let normal = (segment.to - segment.from).perp().normalize();
         Some(Violation {

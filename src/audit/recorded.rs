@@ -10,7 +10,7 @@ use glam::DVec2;
 
 use super::{Bounds, Frame, Options};
 use crate::bag::decode;
-use crate::bag::journal::NOTE;
+use crate::bag::journal::{Asked, Entry, NOTE};
 use crate::bag::read::{Bag, Message, Topic};
 use crate::messages::{CircleStates, Odometry, Time};
 use crate::receive;
@@ -216,10 +216,12 @@ pub fn read(
     mut hear: impl FnMut(Frame),
     mut tell: impl FnMut(f64),
 ) -> Vec<String> {
+    let journal = journal(bag);
     let wanted = |topic: &Topic| {
         let place = bag.topics().iter().position(|each| each == topic);
-        place.is_some_and(|place| chosen.places.contains_key(&place))
+        place.is_some_and(|place| chosen.places.contains_key(&place) || journal == Some(place))
     };
+    let mut said = Vec::new();
     let mut messages = bag.messages(wanted);
     let mut joined = Joined::new(chosen);
     let size = bag.size().max(1) as f64;
@@ -227,6 +229,13 @@ pub fn read(
     bag.faults().iter().for_each(|fault| faults.add(fault.to_string()));
     while let Some(message) = messages.next() {
         match message {
+            Ok(message) if journal == Some(message.topic) => {
+                if is_another_world(&message) {
+                    let what = "another scene was loaded, or walls were moved";
+                    said.push(format!("{what}: only what was before that is judged"));
+                    break;
+                }
+            }
             Ok(message) => match joined.add(&message) {
                 Ok(()) => joined.ready.drain(..).for_each(&mut hear),
                 Err(what) => {
@@ -239,9 +248,28 @@ pub fn read(
         tell(messages.bytes_read() as f64 / size);
     }
     joined.end().into_iter().for_each(hear);
-    let mut said = faults.finish();
+    said.extend(faults.finish());
     said.extend(joined.said());
     said
+}
+
+/// The topic of the journal, in carom's own bags.
+fn journal(bag: &Bag) -> Option<usize> {
+    let note = bag.notes().iter().find(|(name, _)| name == NOTE).map(|(_, note)| note)?;
+    let name = note.get("topic.journal")?;
+    bag.topics().iter().position(|topic| topic.name == *name)
+}
+
+/// Whether the law of the scene in the bag ends with this entry of the journal.
+fn is_another_world(message: &Message) -> bool {
+    let text = decode::message::<String>(&message.payload).unwrap_or_default();
+    let entry = serde_json::from_str::<Entry>(&text);
+    let walls = |asked: &Option<Asked>| matches!(asked, Some(Asked::Walls { .. }));
+    match entry {
+        Ok(Entry::Scene { .. }) => true,
+        Ok(Entry::Step { asked, .. }) => walls(&asked),
+        _ => false,
+    }
 }
 
 /// What was wrong, the first of it in full.

@@ -13,7 +13,7 @@ use crate::scene::Scene;
 use crate::world::{DiscId, Drive, Segment};
 
 /// Part of its radius by which a disc may be off a segment that it met.
-const NEAR: f64 = 0.05;
+pub(super) const NEAR: f64 = 0.05;
 
 /// What acts beside the discs.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -62,7 +62,11 @@ impl Surroundings {
             let at = flight.before.position;
             self.segments.iter().any(|segment| segment.distance(at) <= near)
         };
-        group.iter().any(|&k| at_segment(&all[k]) || self.is_in_a_mouth(all, &all[k], span))
+        // A ball that two robots press at rests, and changes both.
+        let pressed = |flight: &Flight| all.iter().any(|ball| self.may_kick(flight, ball, span));
+        group.iter().map(|&k| &all[k]).any(|flight| {
+            at_segment(flight) || pressed(flight) || self.is_in_a_mouth(all, flight, span)
+        })
     }
 
     /// Whether another disc, or a kicker, may have changed the velocity of this one.
@@ -79,16 +83,21 @@ impl Surroundings {
 
     /// Whether a ball was so near a robot that this may have kicked it, whatever its heading.
     fn is_in_a_mouth(&self, all: &[Flight], ball: &Flight, span: &Span) -> bool {
+        all.iter().any(|robot| self.may_kick(robot, ball, span))
+    }
+
+    /// Whether a robot kicks, and a ball is so near it.
+    fn may_kick(&self, robot: &Flight, ball: &Flight, span: &Span) -> bool {
         if !self.balls.contains(&ball.before.id) {
             return false;
         }
-        let reach = |id: DiscId| self.kickers.iter().find(|(own, _)| *own == id);
-        all.iter().any(|robot| {
-            let Some((_, reach)) = reach(robot.before.id) else { return false };
-            let touching = robot.before.radius + ball.before.radius;
-            let nearest = touching + reach + (speed(robot) + speed(ball)) * span.length;
-            robot.before.position.distance(ball.before.position) <= nearest
-        })
+        let mut kickers = self.kickers.iter();
+        let Some((_, reach)) = kickers.find(|(own, _)| *own == robot.before.id) else {
+            return false;
+        };
+        let touching = robot.before.radius + ball.before.radius;
+        let nearest = touching + reach + (speed(robot) + speed(ball)) * span.length;
+        robot.before.position.distance(ball.before.position) <= nearest
     }
 }
 

@@ -93,7 +93,7 @@ impl Peers {
         poll_fn(|context| {
             let known = &mut *self.0.borrow_mut();
             let event = known.status.as_async_status_stream().poll_next_unpin(context);
-            event.map(|event| event.into_iter().for_each(|event| known.note(event)))
+            event.map(|event| known.note_all(event))
         })
         .await;
     }
@@ -147,10 +147,17 @@ impl Peers {
 
 impl Known {
     fn update(&mut self) {
+        self.note_all(None);
+    }
+
+    /// Takes note of an event, and of all that wait behind it.
+    fn note_all(&mut self, first: Option<DomainParticipantStatusEvent>) {
         let mut events = 0;
-        while let Some(event) = self.status.try_recv_status() {
+        let mut next = first.or_else(|| self.status.try_recv_status());
+        while let Some(event) = next {
             self.note(event);
             events += 1;
+            next = self.status.try_recv_status();
         }
         self.lost_count |= events > EVENTS_MAX;
     }

@@ -33,16 +33,17 @@ use crate::world::Contact;
 const WAITING_BYTES_MAX: usize = 64 << 20;
 /// What a message that waits takes besides its content, bytes.
 const MESSAGE_BYTES: usize = 256;
-/// A batch with so many bytes is handed over at once, else when the thread looks.
+/// A batch with so many bytes is handed over at once, else so often.
 const BATCH_BYTES: usize = 1 << 20;
+const HAND_OVER_PERIOD: Duration = Duration::from_millis(200);
+/// A batch waits so long at most, even if nothing else wakes the loop.
+const HAND_OVER_LATEST: Duration = Duration::from_millis(250);
 /// The thread looks for messages so often.
 const LOOK_PERIOD: Duration = Duration::from_millis(50);
-/// A batch waits so long at most, even if nothing else wakes the loop.
-const HAND_OVER_LATEST: Duration = Duration::from_millis(200);
 /// A chunk is written at least so often: in all, half a second is lost when the node is killed.
-const FLUSH_PERIOD: Duration = Duration::from_millis(250);
+const FLUSH_PERIOD: Duration = Duration::from_millis(200);
 
-/// Messages of one turn of the loop.
+/// Messages of a few turns of the loop.
 #[derive(Default)]
 struct Batch {
     items: Vec<Item>,
@@ -173,7 +174,7 @@ impl Recorder {
 
     /// Hands over what was gathered, if that is much or some time ago.
     pub fn hand_over_if_due(&self, now: Instant) {
-        let waits = now.saturating_duration_since(self.0.handed_over_at.get()) < LOOK_PERIOD;
+        let waits = now.saturating_duration_since(self.0.handed_over_at.get()) < HAND_OVER_PERIOD;
         if !waits || self.0.batch.borrow().bytes >= BATCH_BYTES {
             self.0.handed_over_at.set(now);
             self.hand_over();

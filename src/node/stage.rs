@@ -3,7 +3,7 @@
 //!
 //! It knows no topic and no service: those who ask turn their messages into calls.
 
-use std::collections::HashSet;
+use std::collections::{BTreeSet, HashSet};
 use std::time::Instant;
 
 use glam::DVec2;
@@ -262,7 +262,7 @@ impl Stage {
     /// # Errors
     /// [`NotDone`]; all are as before then, but for their commands.
     pub fn replace(&mut self, discs: &[Disc]) -> Result<(), NotDone> {
-        let ids: HashSet<DiscId> = discs.iter().map(|disc| disc.id).collect();
+        let ids: BTreeSet<DiscId> = discs.iter().map(|disc| disc.id).collect();
         let as_is: Vec<(Disc, Option<Drive>)> = self
             .now()
             .into_iter()

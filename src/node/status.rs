@@ -13,6 +13,8 @@ const TERMINAL_PERIOD: Duration = Duration::from_secs(1);
 #[derive(Debug)]
 pub struct Status {
     start: Instant,
+    start_time: f64,
+    start_contacts: u64,
     last: Instant,
     last_time: f64,
     last_contacts: u64,
@@ -26,6 +28,8 @@ impl Status {
     pub fn new(now: Instant) -> Self {
         Self {
             start: now,
+            start_time: 0.0,
+            start_contacts: 0,
             last: now,
             last_time: 0.0,
             last_contacts: 0,
@@ -44,6 +48,8 @@ impl Status {
     pub fn restart(&mut self, arena: Option<&Arena>, now: Instant) {
         (self.last, self.last_time) = (now, arena.map_or(0.0, Arena::now));
         self.last_contacts = self.contacts(arena);
+        (self.start, self.start_time, self.start_contacts) =
+            (self.last, self.last_time, self.last_contacts);
     }
 
     /// Counts an answered message.
@@ -71,17 +77,19 @@ impl Status {
         };
     }
 
-    /// Writes the last line, about the whole run.
+    /// Writes the last line, about the whole run, or what was after the last beginning anew.
     pub fn finish(&mut self, arena: Option<&Arena>, now: Instant) {
         let time = arena.map_or(0.0, Arena::now);
         let wall = (now - self.start).as_secs_f64().max(1e-9);
-        let line = self.line(arena, time / wall, self.contacts(arena) as f64 / wall);
+        let contacts = self.contacts(arena).saturating_sub(self.start_contacts);
+        let line = self.line(arena, (time - self.start_time) / wall, contacts as f64 / wall);
         let begin = if self.terminal { "\r\x1b[2K" } else { "" };
         let overlap = arena.map_or(String::new(), |arena| {
             format!(
                 "   largest overlap {:.1e} radius   {} contacts in {wall:.1} s",
-                arena.largest_overlap(),
-                arena.contacts()
+                // Not -0.
+                arena.largest_overlap() + 0.0,
+                contacts
             )
         });
         let unseen = arena.and_then(Arena::unseen).map_or(String::new(), |unseen| {

@@ -11,7 +11,7 @@ use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
 use crate::detect::touching::overlap;
-use crate::world::{Disc, Walls};
+use crate::world::{Disc, Segments, Walls};
 
 /// Random places tried for one puck before giving up. Placing at random jams at an area fraction
 /// of 0.547.
@@ -48,15 +48,22 @@ pub struct Placed {
     discs: Vec<Disc>,
     cells: HashMap<(i64, i64), Vec<usize>>,
     width: f64,
+    field: Option<(Segments, Option<Walls>)>,
 }
 
 impl Placed {
     /// Begins with discs that are already there; later ones have radii up to `radius_max`.
     pub fn new(discs: &[Disc], radius_max: f64) -> Self {
         let radius = discs.iter().map(|disc| disc.radius).fold(radius_max, f64::max);
-        let mut placed = Self { discs: Vec::new(), cells: HashMap::new(), width: 2.0 * radius };
+        let mut placed =
+            Self { discs: Vec::new(), cells: HashMap::new(), width: 2.0 * radius, field: None };
         discs.iter().for_each(|disc| placed.add(*disc));
         placed
+    }
+
+    /// Later ones stand where these segments let them, which have such walls around them.
+    pub fn within(self, segments: Option<Segments>, walls: Option<Walls>) -> Self {
+        Self { field: segments.map(|segments| (segments, walls)), ..self }
     }
 
     /// Adds the pucks of a batch with these ids; `Err` holds how many found a place.
@@ -66,7 +73,9 @@ impl Placed {
         for &id in ids {
             let mut tries = (0..TRIES_PER_PUCK).map(|_| draw(batch, id, &mut random));
             let fits = |disc: &Disc| {
-                batch.region.contain(disc.position, disc.radius) && !self.overlaps(disc)
+                batch.region.contain(disc.position, disc.radius)
+                    && !self.overlaps(disc)
+                    && self.field.iter().all(|(field, walls)| !field.refuse(disc, walls.as_ref()))
             };
             let Some(disc) = tries.find(fits) else { return Err(self.discs.len() - first) };
             self.add(disc);

@@ -215,7 +215,7 @@ impl<'a> Reader<'a> {
         self.read_ball(&scene.ball, bounds)?;
         self.read_robots(&scene.robots, bounds)?;
         self.read_pucks(&scene.pucks, bounds)?;
-        self.read_batches(&scene.batches, walls.or(room))?;
+        self.read_batches(&scene.batches, bounds)?;
         let node = &scene.node;
         let stale_default = limits::STALE_AFTER_S;
         let settings = Settings {
@@ -377,7 +377,7 @@ impl<'a> Reader<'a> {
     fn read_batches(
         &mut self,
         batches: &[Spanned<BatchFile>],
-        walls: Option<Walls>,
+        Bounds { walls, segments }: Bounds,
     ) -> Checked<()> {
         for batch in batches {
             let (place, file) = (Some(batch.referenced), &batch.value);
@@ -390,7 +390,8 @@ impl<'a> Reader<'a> {
             let colour = self.colour(&file.colour)?;
             let ids: Vec<u32> = (0..batch.count).map(|_| self.id(None)).collect();
             let discs: Vec<Disc> = self.pucks.iter().map(|puck| puck.disc).collect();
-            let placed = Placed::new(&discs, batch.radius.max).add_batch(&batch, &ids);
+            let mut placed = Placed::new(&discs, batch.radius.max).within(segments, walls);
+            let placed = placed.add_batch(&batch, &ids);
             let discs = placed.map_err(|count| {
                 let message = format!(
                     "batch `{base}`: only {count} of {} pucks found a place; fewer or smaller \
@@ -427,7 +428,9 @@ impl<'a> Reader<'a> {
         if let Some(walls) =
             walls.filter(|walls| !walls.contain(region.min, 0.0) || !walls.contain(region.max, 0.0))
         {
-            let message = format!("the region must lie inside the walls {walls:?}");
+            let [[x, y], [right, top]] = [walls.min, walls.max].map(|corner| corner.to_array());
+            let within = format!("x {x} to {right}, y {y} to {top} m");
+            let message = format!("the region must lie inside the walls, {within}");
             return Err(self.error(place, message));
         }
         let count = file.count.value;

@@ -1,8 +1,8 @@
 //! grSim's older packets on port 20011, which consai and crane send: commands and replacements.
 //!
 //! Wheels are told by their turning rates, angles of replacements in degrees. There is no answer
-//! for what is wrong: it is counted. What has changed with robots is told to whoever sends a
-//! packet, by a datagram for each team.
+//! for what is wrong: it is counted. What has changed with a team's robots is told to all who
+//! just commanded it.
 
 use std::collections::BTreeMap;
 

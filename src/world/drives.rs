@@ -355,7 +355,8 @@ impl Drives {
             return Some(wanted.linear);
         };
         (robot.wanted, robot.commanded_at) = (wanted, now);
-        (robot.drive.model == Model::Told).then_some(wanted.linear)
+        let is_told = robot.drive.model == Model::Told && robot.pulled_to.is_none();
+        is_told.then_some(wanted.linear)
     }
 
     /// Takes note of what happened on the way.

@@ -7,7 +7,7 @@ use carom::audit::{Frame, Options};
 use carom::plan::Method;
 use carom::scene::Scene;
 use carom::world::{
-    Command, Disc, Frame as In, Instants, Owner, Segment, Segments, Settings, Wanted, World,
+    Command, Disc, Frame as In, Instants, Owner, Segment, Segments, Settings, Walls, Wanted, World,
 };
 use glam::DVec2;
 
@@ -96,6 +96,23 @@ fn beside_a_segment_only_what_the_law_of_discs_explains_is_judged() {
         let found = (findings.violations_in_all(), findings.counts.beside);
         assert_eq!(found, wanted, "{spoil:?} {y} {:?}", findings.violations);
     }
+}
+
+/// A way around the end of a segment goes through none, though the straight line does.
+#[test]
+fn a_way_around_a_segment_is_no_tunnelling() {
+    let bar = Segment { from: DVec2::ZERO, to: DVec2::new(10.0, 0.0) };
+    let walls = Walls { min: DVec2::new(-1.2, -50.0), max: DVec2::splat(50.0), restitution: 1.0 };
+    let seen = [([5.0, 3.0], [-2.0, -1.0]), ([1.0, 1.0], [-2.0, -1.0]), ([0.8, -1.0], [2.0, -1.0])];
+    let frame = |(k, (at, velocity)): (usize, ([f64; 2], [f64; 2]))| Frame {
+        time_ns: 2_000_000_000 * k as i64,
+        discs: vec![disc(0, at, velocity, 0.1, 1.0)],
+    };
+    let frames = seen.into_iter().enumerate().map(frame).collect();
+    let surroundings = Surroundings { segments: vec![bar], ..Surroundings::default() };
+    let (findings, _) = audited(frames, &Options { surroundings, ..told(1.0, Some(walls)) });
+    assert_clean(&findings, "around a bar");
+    assert_eq!(findings.counts.walls, 1);
 }
 
 /// A room without a right angle.

@@ -383,6 +383,21 @@ fn a_force_brings_robot_and_ball_to_a_place_and_keeps_them_there() {
 }
 
 #[test]
+fn a_force_is_stronger_than_commands_that_are_obeyed_at_once() {
+    let mut world = World::new(settings(), &[disc(1, [0.0, 0.0], [0.0, 0.0])]);
+    world.drive(1, Drive::default());
+    let place = DVec2::new(1.0, 0.5);
+    go(&mut world, &[Command::Pull { id: 1, to: Some(place) }], 0.0);
+    let wanted = Wanted { linear: DVec2::NEG_X * 2.0, angular: 0.0, frame: Frame::Arena };
+    for k in 1..=3_000u32 {
+        let commands: &[Command] =
+            if k % 16 == 0 { &[Command::Drive { id: 1, wanted }] } else { &[] };
+        go(&mut world, commands, f64::from(k) * TICK);
+    }
+    assert!((now(&world, 1).position - place).length() < 1e-9, "{:?}", now(&world, 1));
+}
+
+#[test]
 fn what_makes_no_sense_is_refused() {
     let mut world = world(&[disc(0, [0.0, 1.0], [0.0, 0.0]), disc(1, [0.0, 0.0], [0.0, 0.0])]);
     let no_speed = Drive { speed_max: f64::NAN, ..robot() };

@@ -147,6 +147,20 @@ fn touching_pucks_are_allowed_and_infinite_mass_is_fixed() {
     assert!(scene.pucks[1].disc.mass.is_infinite() && scene.pucks[0].driven);
 }
 
+#[test]
+fn batches_stand_where_segments_let_them() {
+    let box_of_lines = "segments: {lines: [{name: box, closed: true, points: [[0, 0], [4, 0], \
+                        [4, 3], [0, 3]]}]}\nbatches: [{name: g, count: 40, radius: 0.05, speed: 1, \
+                        region: {x: [-2, 6], y: [-2, 5]}}]";
+    let scene = file::parse(box_of_lines, "box").unwrap();
+    assert_eq!(scene.pucks.len(), 40);
+    for puck in &scene.pucks {
+        let at = puck.disc.position;
+        let within = |x: f64, side: f64| x > 0.05 - 1e-9 && x < side - 0.05 + 1e-9;
+        assert!(within(at.x, 4.0) && within(at.y, 3.0), "{at}");
+    }
+}
+
 /// Hash of every bit of the pucks of a scene.
 fn fingerprint(scene: &Scene) -> u64 {
     let mut hasher = DefaultHasher::new();

@@ -190,7 +190,7 @@ def check_first_calls():
                 wait_until(answer.done, f"an answer to first call {number}")
                 took = time.monotonic() - begin
                 # What DDS had lost came after 3 s.
-                assert took < 2.0, f"first call {number}: {took:.2f} s"
+                assert took < 1.0, f"first call {number}: {took:.2f} s"
 
 
 def main():

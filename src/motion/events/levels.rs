@@ -230,7 +230,7 @@ impl Levels {
         finest.lines_min() >= 5 && first + second + 2.0 * self.stay < half && (0..celled).all(clear)
     }
 
-    /// The largest radius of a level, m; of one level only nobody asks.
+    /// The largest radius of a level, m; nothing where there is only one.
     pub fn radius(&self, level: usize) -> Option<f64> {
         self.radii.get(level).copied()
     }

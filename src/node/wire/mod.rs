@@ -249,7 +249,9 @@ impl Wire {
                 None => control::read(datagram),
             };
             self.book.change(stage, &control.specs, &mut faults);
-            if let Some(asked) = &control.geometry {
+            if control.geometry.is_some() && !self.has_field {
+                faults.add(Code::Unsupported, "config.geometry: this scene has no field");
+            } else if let Some(asked) = &control.geometry {
                 let told = self.geometry(&self.book.view(stage), stage);
                 geometry::differences(asked, &told).into_iter().for_each(|it| faults.push(it));
             }
@@ -279,7 +281,7 @@ impl Wire {
                 (None, _) => vsss::read(datagram, radius),
             };
             all.extend(&asked.orders);
-            senders.extend(asked.team.map(|team| (from.ip(), team)));
+            senders.extend(asked.team.map(|team| (team, from.ip())));
             let (robots, ball) = (&asked.robots, asked.ball.as_ref());
             wanted.pucks |= self.book.place(stage, robots, ball, &mut faults);
             complain(complaints, batch, &faults);
@@ -287,10 +289,14 @@ impl Wire {
         let mut faults = Faults::default();
         self.book.order(stage, &all, &mut faults);
         complain(complaints, batch, &faults);
-        for (sender, team) in senders {
+        let teams: BTreeSet<_> = senders.iter().map(|(team, _)| *team).collect();
+        for team in teams {
+            let Some(news) = self.told.news(self.book.status(stage, team).into_iter()) else {
+                continue;
+            };
             let port = self.options.status_ports[team as usize];
-            if let Some(news) = self.told.news(self.book.status(stage, team).into_iter()) {
-                reply(batch, SocketAddr::new(sender, port), &news);
+            for (_, sender) in senders.iter().filter(|(of, _)| *of == team) {
+                reply(batch, SocketAddr::new(*sender, port), &news);
             }
         }
         wanted
