@@ -179,6 +179,7 @@ def check_walls(client):
 
 def check_first_calls():
     """Whoever calls in the moment in which it finds a service is answered at once."""
+    took = []
     with Carom("resolver"):
         for number in range(8):
             with Client(topics=[]) as client:
@@ -188,9 +189,9 @@ def check_first_calls():
                 begin = time.monotonic()
                 answer = caller.call_async(ListParameters.Request())
                 wait_until(answer.done, f"an answer to first call {number}")
-                took = time.monotonic() - begin
-                # What DDS had lost came after 3 s.
-                assert took < 1.0, f"first call {number}: {took:.2f} s"
+                took.append(time.monotonic() - begin)
+    # What DDS had lost came after 3 s, half of all; a busy machine may hold up one.
+    assert sorted(took)[-2] < 1.0, f"first calls: {took}"
 
 
 def main():
