@@ -39,14 +39,11 @@ fn main() {
     }
     let _ = fs::remove_dir_all(&folder);
     let mean = |k: usize| costs.iter().map(|times| times[k]).sum::<f64>() / costs.len() as f64;
-    let median = |values: &mut Vec<f64>| {
-        values.sort_by(f64::total_cmp);
-        values[values.len() / 2]
-    };
-    let ratios: &mut Vec<f64> = &mut costs.iter().map(|times| times[1] / times[0]).collect();
+    let mut ratios: Vec<f64> = costs.iter().map(|times| times[1] / times[0]).collect();
+    ratios.sort_by(f64::total_cmp);
     println!(
         "of the loop's time: median of pairs {:+.2} %, of all {:+.2} %",
-        (median(ratios) - 1.0) * 100.0,
+        (ratios[ratios.len() / 2] - 1.0) * 100.0,
         (mean(1) / mean(0) - 1.0) * 100.0
     );
 }

@@ -58,11 +58,11 @@ impl Court<'_> {
             .find(|side| -inwards.dot(side.normal()) > 0.9 * inwards.length())?;
         let near = JUDGED * (flight.sigma.of_rest(self.span.length) + self.law.walls_sigma)
             + flight.before.velocity.length() * self.span.length;
-        if walls.gap(side, &at).abs() > near {
+        let gap = walls.gap(side, &at);
+        if gap.abs() > near {
             return None;
         }
-        let hit =
-            Hit { at, normal: side.normal(), gap: walls.gap(side, &at), law: walls.restitution };
+        let hit = Hit { at, normal: side.normal(), gap, law: walls.restitution };
         let mut collision = self.collision_of(flight, instant, &hit);
         let (_, sigma) = collision.restitution;
         let wrong = collision.wrong > (JUDGED * sigma).max(self.tolerance);
@@ -103,9 +103,9 @@ impl Court<'_> {
         }
         // At an end the normal is as unsure as the place.
         let is_end = |segment: &Segment| [segment.from, segment.to].contains(&point);
-        let turned = around.segments.iter().any(is_end).then_some(blur / at.radius);
+        let turned = if around.segments.iter().any(is_end) { blur / at.radius } else { 0.0 };
         let sigma = flight.sigma.of_change() / flight.change.length();
-        let allowed = JUDGED * sigma + turned.unwrap_or(0.0);
+        let allowed = JUDGED * sigma + turned;
         if collision.angle.0.abs() > allowed.max(self.tolerance) {
             collision.kinds.add(Kind::Normal);
         }

@@ -181,8 +181,7 @@ fn nanoseconds(time: Time) -> i64 {
 
 /// The law that the recorder noted, where nothing else was told.
 pub fn noted_law(bag: &Bag, options: &mut Options) -> Option<String> {
-    let note = bag.notes().iter().find(|(name, _)| name == NOTE).map(|(_, note)| note)?;
-    let text = note.get("scene")?;
+    let text = bag.note(NOTE)?.get("scene")?;
     let scene = match scene::file::parse(text, "the scene in the bag") {
         Ok(scene) => scene,
         Err(error) => return Some(format!("the scene in the bag is not taken: {error}")),
@@ -255,21 +254,16 @@ pub fn read(
 
 /// The topic of the journal, in carom's own bags.
 fn journal(bag: &Bag) -> Option<usize> {
-    let note = bag.notes().iter().find(|(name, _)| name == NOTE).map(|(_, note)| note)?;
-    let name = note.get("topic.journal")?;
+    let name = bag.note(NOTE)?.get("topic.journal")?;
     bag.topics().iter().position(|topic| topic.name == *name)
 }
 
 /// Whether the law of the scene in the bag ends with this entry of the journal.
 fn is_another_world(message: &Message) -> bool {
-    let text = decode::message::<String>(&message.payload).unwrap_or_default();
-    let entry = serde_json::from_str::<Entry>(&text);
-    let walls = |asked: &Option<Asked>| matches!(asked, Some(Asked::Walls { .. }));
-    match entry {
-        Ok(Entry::Scene { .. }) => true,
-        Ok(Entry::Step { asked, .. }) => walls(&asked),
-        _ => false,
-    }
+    matches!(
+        Entry::read(&message.payload),
+        Ok(Entry::Scene { .. } | Entry::Step { asked: Some(Asked::Walls { .. }), .. })
+    )
 }
 
 /// What was wrong, the first of it in full.

@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
+use super::decode;
 use crate::messages::Header;
 use crate::scene::Scene;
 use crate::world::{Ball, Command, Disc, DiscId, Drive, Frame, Kicker, Model, Report, Wanted};
@@ -70,6 +71,17 @@ pub enum Entry {
         /// How many.
         messages: u64,
     },
+}
+
+impl Entry {
+    /// From the payload of a message of its topic.
+    ///
+    /// # Errors
+    /// Why it is none.
+    pub fn read(payload: &[u8]) -> Result<Self, String> {
+        let text = decode::message::<String>(payload).map_err(|error| error.to_string())?;
+        serde_json::from_str(&text).map_err(|error| error.to_string())
+    }
 }
 
 /// What was asked.

@@ -165,6 +165,11 @@ impl Bag {
         &self.notes
     }
 
+    /// What was noted under a name.
+    pub fn note(&self, name: &str) -> Option<&BTreeMap<String, String>> {
+        self.notes.iter().find(|(of, _)| of == name).map(|(_, note)| note)
+    }
+
     /// What is wrong or missing, as far as that is known before messages are read.
     pub fn faults(&self) -> &[BagError] {
         &self.faults

@@ -122,8 +122,7 @@ impl fmt::Display for Verdict {
 /// # Errors
 /// Why it cannot be repeated.
 pub fn verify(bag: &Bag) -> Result<Verdict, String> {
-    let said = bag.notes().iter().find(|(name, _)| name == NOTE).map(|(_, said)| said);
-    let Some(said) = said else {
+    let Some(said) = bag.note(NOTE) else {
         return Err("no run of carom: record it with `carom run --record DIR`".to_owned());
     };
     let mut run = Run::new(said)?;
@@ -197,10 +196,7 @@ impl Run {
 
     fn take(&mut self, topic: &str, message: Message) {
         if *topic == self.journal {
-            let entry = decode::message::<String>(&message.payload)
-                .map_err(|error| error.to_string())
-                .and_then(|text| serde_json::from_str(&text).map_err(|error| error.to_string()));
-            match entry {
+            match Entry::read(&message.payload) {
                 Ok(entry) => self.act(entry),
                 Err(error) => self.lose(format!("the journal cannot be read: {error}")),
             }

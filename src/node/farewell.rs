@@ -22,7 +22,11 @@ const SEQUENCE_NUMBER: u32 = 1 << 30;
 
 /// The port at which a participant hears what is not discovery, if there is one.
 pub fn user_port(domain_id: u16, participant_id: u16) -> Option<u16> {
-    let own = USER_OFFSET.checked_add(UNICAST_STEP.checked_mul(participant_id)?)?;
+    unicast_port(domain_id, USER_OFFSET, participant_id)
+}
+
+fn unicast_port(domain_id: u16, offset: u16, participant_id: u16) -> Option<u16> {
+    let own = offset.checked_add(UNICAST_STEP.checked_mul(participant_id)?)?;
     PORTS_PER_DOMAIN.checked_mul(domain_id)?.checked_add(PORT_BASE)?.checked_add(own)
 }
 
@@ -32,7 +36,7 @@ pub fn send(participant_guid: [u8; 16], domain_id: u16, multicast: bool) {
     let Ok(socket) = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0)) else { return };
     let base = PORT_BASE + PORTS_PER_DOMAIN * domain_id;
     let unicast = (0..PARTICIPANTS_TOLD)
-        .filter_map(|index| base.checked_add(UNICAST_OFFSET + UNICAST_STEP * index))
+        .filter_map(|index| unicast_port(domain_id, UNICAST_OFFSET, index))
         .map(|port| (Ipv4Addr::LOCALHOST, port));
     let group = multicast.then_some((Ipv4Addr::new(239, 255, 0, 1), base));
     for address in unicast.chain(group) {

@@ -6,6 +6,7 @@
 
 use glam::DVec2;
 
+use super::proto::tracked::Capability;
 use super::{Kicked, RobotName, Team, View, limits};
 use crate::messages::{
     KickedBall, PlaneVector, RobotId, SpaceVector, TrackedBall, TrackedFrame, TrackedRobot,
@@ -35,8 +36,6 @@ impl Default for Sizes {
 
 /// Balls have ids from here on, by their place in the frame.
 const FIRST_BALL_ID: DiscId = FIRST_PLAYER_ID + 2 * limits::ROBOTS_PER_TEAM;
-/// What the arena's frames have besides, as the tracker protocol numbers it.
-const DETECT_KICKED_BALLS: u32 = 3;
 /// Most balls of a frame that are circles.
 const BALLS: usize = 64;
 
@@ -161,7 +160,7 @@ pub fn of_view(view: &View, frame_number: u32) -> TrackedFrame {
         balls: balls.into_iter().collect(),
         robots: robots.collect(),
         kicked_ball: view.kicked.iter().map(kicked).collect(),
-        capabilities: vec![DETECT_KICKED_BALLS],
+        capabilities: vec![Capability::DetectKickedBalls as u32],
     }
 }
 

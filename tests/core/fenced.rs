@@ -45,6 +45,12 @@ struct Scene {
 }
 
 impl Scene {
+    fn hexagon() -> Self {
+        let segments = Segments::new(&regular(6, 10.0, 0.3), 1.0).expect("segments");
+        let settings = Settings { segments: Some(segments), ..Settings::default() };
+        Self { settings, room: Some(segments) }
+    }
+
     fn any(random: &mut Random) -> Self {
         let restitution = [1.0, 1.0, 0.9, 0.8][random.below(4)];
         let mut settings = Settings { restitution, ..Settings::default() };
@@ -171,9 +177,8 @@ fn has_the_contacts_of_the_plain_method() {
 
 #[test]
 fn agrees_with_ticks_in_a_dense_hexagon() {
-    let segments = Segments::new(&regular(6, 10.0, 0.3), 1.0).expect("segments");
-    let settings = Settings { segments: Some(segments), ..Settings::default() };
-    let scene = Scene { settings, room: Some(segments) };
+    let scene = Scene::hexagon();
+    let settings = scene.settings;
     let discs = scene.crowd(&mut Random::new(4), 300, (0.33, 0.33));
     assert_eq!(discs.len(), 300);
     let laws = laws(&settings, &discs);
@@ -363,9 +368,8 @@ fn a_quick_look_is_never_wrong() {
 
 #[test]
 fn the_plan_takes_events_where_it_would_in_a_box() {
-    let segments = Segments::new(&regular(6, 10.0, 0.3), 1.0).expect("segments");
-    let settings = Settings { segments: Some(segments), ..Settings::default() };
-    let scene = Scene { settings, room: Some(segments) };
+    let scene = Scene::hexagon();
+    let settings = scene.settings;
     let discs = scene.crowd(&mut Random::new(3), 49, (0.1, 0.3));
     let plan = Plan::of(&settings, &discs);
     assert_eq!(plan.method, Method::Events);
