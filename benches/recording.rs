@@ -66,11 +66,6 @@ impl Node {
             .stderr(Stdio::piped())
             .spawn()
             .expect("the program was built");
-        // Always on one processor, for two are not alike; other threads are free. Where there
-        // is no such program there is more noise.
-        let mut pin = Command::new("taskset");
-        let pin = pin.args(["-p", "-c", "0", &child.id().to_string()]).stdout(Stdio::null());
-        let _ = pin.status();
         Self(child)
     }
 
@@ -85,13 +80,22 @@ impl Node {
         Some(time * 1e-9)
     }
 
+    /// Puts the loop on one processor, for two are not alike; the other threads, which are there by
+    /// now, stay free. Where there is no such program there is more noise.
+    fn pin(&self) {
+        let mut pin = Command::new("taskset");
+        let pin = pin.args(["-p", "-c", "0", &self.0.id().to_string()]).stdout(Stdio::null());
+        let _ = pin.status();
+    }
+
     /// Time on a processor, s, from the end of the start to the last look at it.
     fn measure(&mut self) -> f64 {
         let (begin, mut first, mut last) = (Instant::now(), None, 0.0);
         while let Some(time) = self.loop_time() {
             last = time;
-            if begin.elapsed().as_secs_f64() > START_S {
-                first.get_or_insert(last);
+            if first.is_none() && begin.elapsed().as_secs_f64() > START_S {
+                self.pin();
+                first = Some(last);
             }
             thread::sleep(Duration::from_millis(5));
         }
