@@ -1,113 +1,184 @@
-//! What recording costs the loop: `cargo bench --bench recording [-- SECONDS [PAIRS]]`.
+//! What recording costs the loop: `cargo bench --bench recording [-- SECONDS]`.
 //!
-//! The node runs 1000 pucks at 100 Hz in real time, with `--record` and without, in turn and each
-//! first as often, its loop always on the same processor. What is compared is the time that the
-//! thread of the loop was on it, by the kernel's account; the thread that writes is another one.
-//! Figures are printed, not judged.
+//! 1000 pucks step at 100 Hz in real time, and all that a node says of a step is recorded, or
+//! not, in turns of a second and in one process: two runs differ by more than recording costs. The
+//! time is that of the loop's thread on a processor, by the kernel's account. The thread that
+//! writes costs the loop something too, for it empties caches: it works in the turns of recording
+//! alone. The cost is told against this bare loop, and against the loop of a node that does the same
+//! without recording. Last a node records as long, and tells what it wrote and dropped. Figures are
+//! printed, not judged.
 
 use std::fs;
 use std::io::Read;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use carom::bag::journal::Entry;
+use carom::bag::qos::Qos;
+use carom::bag::write::Options;
+use carom::messages::{Clock, Time};
+use carom::node::recorder::{Recorder, Tap};
+use carom::scene::Scene;
+use carom::world::{Instants, World};
+
+const SCENE: &str = "thousand";
 const DOMAIN: &str = "79";
 const RATE_HZ: f64 = 100.0;
-/// What is not looked at, s: the node opens its topics, and the bag.
-const START_S: f64 = 1.0;
+/// Ticks of a turn, and how many of the first are not measured: the writer is behind by so much.
+const TURN: u32 = 100;
+const UNMEASURED: u32 = 30;
+/// What of a node's run is not looked at, s: it opens its topics, and closes them.
+const START_S: f64 = 1.5;
+const END_S: f64 = 0.5;
+/// Turns before anything is measured.
+const WARM_UP: usize = 4;
 
 fn main() {
-    let numbers: Vec<f64> = std::env::args().filter_map(|word| word.parse().ok()).collect();
-    let seconds = numbers.first().copied().unwrap_or(60.0);
-    let pairs = numbers.get(1).map_or(4, |pairs| *pairs as usize).max(1);
-    let ticks = (seconds - START_S) * RATE_HZ;
+    let seconds = std::env::args().find_map(|word| word.parse().ok()).unwrap_or(60.0_f64).max(5.0);
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("recording");
-    let mut costs = Vec::new();
-    for pair in 0..pairs {
-        let (mut times, mut line) = ([0.0; 2], String::new());
-        for turn in [pair % 2, 1 - pair % 2] {
-            let _ = fs::remove_dir_all(&folder);
-            let mut node = Node::start(seconds, (turn == 1).then_some(&folder));
-            times[turn] = node.measure() * 1e6 / ticks;
-            line = if turn == 1 { node.ended() } else { line };
-        }
-        let [without, with] = times;
-        let cost = (with / without - 1.0) * 100.0;
-        println!("{without:7.1} us a tick without, {with:7.1} us with: {cost:+.2} %   {line}");
-        costs.push(times);
-    }
+    let cost = measure((seconds as usize).max(WARM_UP + 4), &folder);
+    let (turn, _) = node(seconds, None);
+    println!("a node's turn {turn:.1} us: {:+.2} % of it", cost / turn * 100.0);
+    let (turn, said) = node(seconds, Some(&folder));
+    println!("a node that records: {turn:.1} us a turn, {said}");
     let _ = fs::remove_dir_all(&folder);
-    let mean = |k: usize| costs.iter().map(|times| times[k]).sum::<f64>() / costs.len() as f64;
-    let mut ratios: Vec<f64> = costs.iter().map(|times| times[1] / times[0]).collect();
-    ratios.sort_by(f64::total_cmp);
-    println!(
-        "of the loop's time: median of pairs {:+.2} %, of all {:+.2} %",
-        (ratios[ratios.len() / 2] - 1.0) * 100.0,
-        (mean(1) / mean(0) - 1.0) * 100.0
-    );
 }
 
-/// A node that runs.
-struct Node(Child);
+/// What a node says of a step.
+struct Taps {
+    recorder: Recorder,
+    states: Tap,
+    contacts: Tap,
+    clock: Tap,
+}
 
-impl Node {
-    fn start(seconds: f64, record: Option<&Path>) -> Self {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_carom"));
-        command.args(["run", "thousand", "--for", &seconds.to_string()]);
-        if let Some(folder) = record {
-            command.arg("--record").arg(folder);
+impl Taps {
+    fn open(folder: &Path) -> Self {
+        let _ = fs::remove_dir_all(folder);
+        let recorder = Recorder::open(folder, Options::default(), Vec::new()).expect("a folder");
+        let qos = Qos::default().to_yaml();
+        recorder.keep_journal("/carom/journal");
+        let tap = |name: &str, kind: &str| recorder.tap(name, kind, &qos);
+        Self {
+            states: tap("/arena_states", "carom/msg/CircleStates"),
+            contacts: tap("/contacts", "carom/msg/Contacts"),
+            clock: tap("/clock", "rosgraph_msgs/msg/Clock"),
+            recorder,
         }
-        let rate = format!("publish_rate_hz:={RATE_HZ:.1}");
-        let child = command
-            .args(["--ros-args", "-p", &rate])
-            .env("ROS_DOMAIN_ID", DOMAIN)
-            .env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-            .stderr(Stdio::piped())
-            .spawn()
-            .expect("the program was built");
-        Self(child)
     }
+}
 
-    /// Time on a processor of its first thread, s, while it is there.
-    fn loop_time(&mut self) -> Option<f64> {
-        let id = self.0.id();
-        if self.0.try_wait().expect("the child is ours").is_some() {
-            return None;
-        }
-        let text = fs::read_to_string(format!("/proc/{id}/task/{id}/schedstat")).ok()?;
-        let time = text.split_whitespace().next()?.parse::<f64>().ok()?;
-        Some(time * 1e-9)
-    }
-
-    /// Puts the loop on one processor, for two are not alike; the other threads, which are there by
-    /// now, stay free. Where there is no such program there is more noise.
-    fn pin(&self) {
-        let mut pin = Command::new("taskset");
-        let pin = pin.args(["-p", "-c", "0", &self.0.id().to_string()]).stdout(Stdio::null());
-        let _ = pin.status();
-    }
-
-    /// Time on a processor, s, from the end of the start to the last look at it.
-    fn measure(&mut self) -> f64 {
-        let (begin, mut first, mut last) = (Instant::now(), None, 0.0);
-        while let Some(time) = self.loop_time() {
-            last = time;
-            if first.is_none() && begin.elapsed().as_secs_f64() > START_S {
-                self.pin();
-                first = Some(last);
+/// So many turns, every other one with recording; what that costs a tick, us.
+fn measure(turns: usize, folder: &Path) -> f64 {
+    let mut world = Scene::load(SCENE).expect("shipped").world();
+    let taps = Taps::open(folder);
+    let (start, mut ticks) = (Instant::now(), 0_u32);
+    let mut costs = [Vec::new(), Vec::new()];
+    for turn in 0..turns {
+        let records = turn % 2 == 1;
+        let mut before = 0.0;
+        for tick in 0..TURN {
+            if tick == UNMEASURED {
+                before = loop_time();
             }
-            thread::sleep(Duration::from_millis(5));
+            ticks += 1;
+            let until = f64::from(ticks) / RATE_HZ;
+            let due = start + Duration::from_secs_f64(until);
+            thread::sleep(due.saturating_duration_since(Instant::now()));
+            step(&mut world, until, records.then_some(&taps));
+            taps.recorder.hand_over_if_due(Instant::now());
         }
-        last - first.expect("a run longer than the start")
+        if turn >= WARM_UP {
+            let measured = f64::from(TURN - UNMEASURED);
+            costs[usize::from(records)].push((loop_time() - before) * 1e6 / measured);
+        }
     }
+    taps.recorder.close().expect("a bag");
+    tell(&costs)
+}
 
-    /// What it said about its bag.
-    fn ended(&mut self) -> String {
-        let mut log = String::new();
-        let errors = self.0.stderr.as_mut().expect("it was asked for");
-        errors.read_to_string(&mut log).expect("a log");
-        let line = log.lines().find_map(|line| line.split_once("recorded "));
-        line.map(|(_, line)| line.to_owned()).unwrap_or_default()
+fn step(world: &mut World, until: f64, taps: Option<&Taps>) {
+    let instants = Instants { heard_at: f64::NEG_INFINITY, advance_to: until };
+    let outcome = world.step(&[], instants);
+    let Some(taps) = taps else { return };
+    taps.recorder.journal(Entry::Step { to: until, heard: None, asked: None });
+    let stamp = Time::from_seconds(until);
+    let header = (stamp, "world");
+    if !outcome.contacts.is_empty() {
+        taps.contacts.record_contacts(header, &outcome.contacts);
     }
+    taps.states.record_states(header, |watcher, turns| world.look(watcher, turns));
+    taps.clock.record(&Clock { clock: stamp });
+}
+
+/// Means, and medians too: a machine that is shared holds some turns up.
+fn tell([without, with]: &[Vec<f64>; 2]) -> f64 {
+    let pairs: Vec<f64> = with.iter().zip(without).map(|(with, without)| with - without).collect();
+    let (bare, mean_of_pairs) = (mean(without), mean(&pairs));
+    let deviations: Vec<f64> = pairs.iter().map(|pair| (pair - mean_of_pairs).powi(2)).collect();
+    let error = (mean(&deviations) / (pairs.len() as f64 - 1.0)).sqrt();
+    let percent = 100.0 / bare;
+    println!(
+        "{} pairs of turns, mean: a tick {bare:.1} us; recording {mean_of_pairs:+.2} us = {:+.2} %, \
+         standard error {:.2} %",
+        pairs.len(),
+        mean_of_pairs * percent,
+        error * percent
+    );
+    let (bare, recorded, more) = (median(without), median(with), median(&pairs));
+    println!(
+        "median: a tick {bare:.1} us, recorded {recorded:.1} us = {:+.2} %; of pairs {more:+.2} us",
+        (recorded / bare - 1.0) * 100.0
+    );
+    mean_of_pairs
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+fn median(values: &[f64]) -> f64 {
+    let mut values = values.to_owned();
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+/// Time of this thread on a processor, s.
+fn loop_time() -> f64 {
+    time_in("/proc/thread-self/schedstat").expect("the kernel's account")
+}
+
+fn time_in(account: &str) -> Option<f64> {
+    let nanoseconds = fs::read_to_string(account).ok()?;
+    Some(nanoseconds.split_whitespace().next()?.parse::<f64>().ok()? * 1e-9)
+}
+
+/// A node that runs so long: a turn of its loop, us of its first thread, and what it said of the
+/// bag.
+fn node(seconds: f64, record: Option<&Path>) -> (f64, String) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_carom"));
+    command.args(["run", SCENE, "--for", &seconds.to_string()]);
+    if let Some(folder) = record {
+        let _ = fs::remove_dir_all(folder);
+        command.arg("--record").arg(folder);
+    }
+    command.args(["--ros-args", "-p", &format!("publish_rate_hz:={RATE_HZ:.1}")]);
+    command.env("ROS_DOMAIN_ID", DOMAIN).env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST");
+    let mut node = command.stderr(Stdio::piped()).spawn().expect("the program was built");
+    let account = format!("/proc/{0}/task/{0}/schedstat", node.id());
+    let measured = seconds - START_S - END_S;
+    thread::sleep(Duration::from_secs_f64(START_S));
+    let before = time_in(&account);
+    thread::sleep(Duration::from_secs_f64(measured));
+    let after = time_in(&account);
+    let mut log = String::new();
+    let errors = node.stderr.as_mut().expect("it was asked for");
+    errors.read_to_string(&mut log).expect("a log");
+    node.wait().expect("the child is ours");
+    let (before, after) = before.zip(after).unwrap_or_else(|| panic!("it ended early: {log}"));
+    let line = log.lines().find_map(|line| line.split_once("recorded "));
+    let line = line.map(|(_, line)| line.to_owned()).unwrap_or_default();
+    ((after - before) * 1e6 / (measured * RATE_HZ), line)
 }

@@ -16,8 +16,8 @@ use super::files::{self, Output};
 use super::metadata::{self, Part, TopicLine};
 use super::read::Note;
 
-/// A chunk is written when it has so many bytes.
-const CHUNK_BYTES: u64 = 768 << 10;
+/// A chunk is written when it has so many bytes: they stay in the nearest caches till then.
+const CHUNK_BYTES: u64 = 256 << 10;
 /// What a record of a message has besides the payload, bytes.
 const MESSAGE_HEAD_BYTES: u64 = 31;
 

@@ -5,6 +5,7 @@
 //! [`Arena::discs`] gives. Where discs do not fly straight, a look is all of them.
 
 use super::arena::Arena;
+pub use super::events::rows::Turn;
 use super::events::rows::{LookNumber, Rows, Seen};
 use crate::world::{Disc, Owner};
 
@@ -14,7 +15,7 @@ pub struct Watcher {
     last: Option<LookNumber>,
 }
 
-/// What a watcher tells of the simulated discs.
+/// What a watcher tells of the simulated discs, besides turns.
 #[derive(Clone, Debug)]
 pub struct Look(Told);
 
@@ -22,7 +23,7 @@ pub struct Look(Told);
 enum Told {
     /// They are these.
     Discs(Vec<Disc>),
-    /// They are these or turned so, at an instant of the epoch, s.
+    /// They are these, or so many turned, at an instant of the epoch, s.
     Seen(Seen, f64),
 }
 
@@ -33,10 +34,11 @@ pub struct Listener {
 }
 
 impl Watcher {
-    /// Looks at the discs of an arena, which may be another one each time.
-    pub fn look(&mut self, arena: &mut Arena) -> Look {
+    /// Looks at the discs of an arena, which may be another one each time. Who turned is put
+    /// behind the turns that are there: whoever looks often has room for them.
+    pub fn look(&mut self, arena: &mut Arena, turns: &mut Vec<Turn>) -> Look {
         if let Arena::Events(events) = arena
-            && let Some((seen, now)) = events.look(&mut self.last)
+            && let Some((seen, now)) = events.look(&mut self.last, turns)
         {
             return Look(Told::Seen(seen, now));
         }
@@ -46,33 +48,41 @@ impl Watcher {
 }
 
 impl Look {
-    /// What it takes, bytes.
+    /// How many turns belong to it.
+    pub fn turns(&self) -> usize {
+        match self.0 {
+            Told::Seen(Seen::Turns(count), _) => count,
+            _ => 0,
+        }
+    }
+
+    /// What it takes with its turns, bytes.
     pub fn bytes(&self) -> usize {
         match &self.0 {
             Told::Discs(discs) => size_of_val(discs.as_slice()),
             Told::Seen(Seen::Rows(rows), _) => rows.bytes(),
-            Told::Seen(Seen::Turns(turns), _) => size_of_val(turns.as_slice()),
+            Told::Seen(Seen::Turns(count), _) => count * size_of::<Turn>(),
         }
     }
 }
 
 impl Listener {
-    /// The discs of a look, in the order of [`Arena::discs`].
+    /// The discs of a look and of its turns, in the order of [`Arena::discs`].
     ///
     /// # Panics
     /// If a look was left out.
-    pub fn hear(&mut self, look: Look) -> Vec<Disc> {
-        let (turns, now) = match look.0 {
-            Told::Discs(discs) => return discs,
+    pub fn hear(&mut self, look: Look, turns: &[Turn]) -> Box<dyn Iterator<Item = Disc> + '_> {
+        let now = match look.0 {
+            Told::Discs(discs) => return Box::new(discs.into_iter()),
             Told::Seen(Seen::Rows(rows), now) => {
                 self.heard = Some(*rows);
-                (Vec::new(), now)
+                now
             }
-            Told::Seen(Seen::Turns(turns), now) => (turns, now),
+            Told::Seen(Seen::Turns(_), now) => now,
         };
         // A watcher begins with rows.
         let rows = self.heard.as_mut().expect("the looks before");
-        rows.turn(&turns);
-        rows.discs(now).collect()
+        rows.turn(turns);
+        Box::new(rows.discs(now))
     }
 }

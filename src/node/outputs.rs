@@ -3,7 +3,6 @@
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
-use std::mem::take;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use super::complaints::Complaints;
@@ -142,7 +141,7 @@ impl Outputs {
                 contacts.publish(message, complaints);
             }
             if let Some(tap) = contacts.publisher.tap() {
-                tap.record_contacts(header, take(&mut outcome.contacts));
+                tap.record_contacts((stamp(arena), &self.frame_id), &outcome.contacts);
             }
         }
         if !outcome.crashes.is_empty() {
@@ -158,7 +157,8 @@ impl Outputs {
         let header = || Header { stamp, frame_id: self.frame_id.clone() };
         let states = &mut self.arena_states;
         if let Some(tap) = states.publisher.tap() {
-            tap.record_states(header, |watcher| stage.look(watcher));
+            let look = |watcher: &mut _, turns: &mut _| stage.look(watcher, turns);
+            tap.record_states((stamp, &self.frame_id), look);
         }
         let Some(arena) = stage.world().arena() else { return };
         if self.peers.hear(states.publisher.guid()) {

@@ -24,8 +24,8 @@ use crate::bag::qos::Qos;
 use crate::bag::read::Note;
 pub use crate::bag::write::Summary;
 use crate::bag::write::{BagWriter, Options, WriteError};
-use crate::messages::Header;
-use crate::motion::watch::{Listener, Look, Watcher};
+use crate::messages::{Header, Time};
+use crate::motion::watch::{Listener, Look, Turn, Watcher};
 use crate::publish;
 use crate::world::Contact;
 
@@ -47,8 +47,10 @@ const FLUSH_PERIOD: Duration = Duration::from_millis(200);
 #[derive(Default)]
 struct Batch {
     items: Vec<Item>,
-    /// Payloads of messages that are encoded, one behind the other.
+    /// Payloads of messages that are encoded, and frames of others, one behind the other.
     payloads: Vec<u8>,
+    turns: Vec<Turn>,
+    contacts: Vec<Contact>,
     bytes: usize,
 }
 
@@ -61,10 +63,16 @@ enum Content {
     /// The next so many bytes of the payloads.
     Encoded(usize),
     Journal(Entry),
-    /// The pucks at an instant.
-    States(Header, Look),
-    /// What met on the way there.
-    Contacts(Header, Vec<Contact>),
+    /// The pucks at an instant, with the next turns.
+    States(Head, Look),
+    /// The next so many contacts, on the way there.
+    Contacts(Head, usize),
+}
+
+/// A header, with the next so many bytes of the payloads as its frame.
+struct Head {
+    stamp: Time,
+    frame_bytes: usize,
 }
 
 /// Hands messages to the thread that writes them. Clones write into the same bag.
@@ -216,7 +224,7 @@ impl Recorder {
     }
 
     /// Puts a message into the batch, if there is room: of its content only what can be written.
-    fn put(&self, topic: usize, content: impl FnOnce(&mut Vec<u8>) -> Option<Content>) {
+    fn put(&self, topic: usize, content: impl FnOnce(&mut Batch) -> Option<Content>) {
         let shared = &*self.0;
         let batch = &mut *shared.batch.borrow_mut();
         let waiting = shared.waiting_bytes.load(Ordering::Relaxed) + batch.bytes;
@@ -225,7 +233,7 @@ impl Recorder {
             shared.untold.set(shared.untold.get() + 1);
             return;
         }
-        if let Some(content) = content(&mut batch.payloads) {
+        if let Some(content) = content(batch) {
             batch.bytes += MESSAGE_BYTES + content.bytes();
             batch.items.push(Item::Message { topic, time_ns: now_ns(), content });
         }
@@ -238,7 +246,7 @@ impl Content {
             Self::Encoded(bytes) => *bytes,
             Self::Journal(_) => 0,
             Self::States(_, look) => look.bytes(),
-            Self::Contacts(_, contacts) => size_of_val(contacts.as_slice()),
+            Self::Contacts(_, count) => count * size_of::<Contact>(),
         }
     }
 }
@@ -246,7 +254,7 @@ impl Content {
 impl Tap {
     /// Records a message.
     pub fn record<M: Serialize>(&self, message: &M) {
-        self.recorder.put(self.topic, |payloads| {
+        self.recorder.put(self.topic, |Batch { payloads, .. }| {
             let before = payloads.len();
             let is_encoded = decode::payload_into(message, payloads).is_ok();
             payloads.truncate(if is_encoded { payloads.len() } else { before });
@@ -256,26 +264,73 @@ impl Tap {
 
     /// Records a payload that is encoded already.
     pub fn record_payload(&self, payload: &[u8]) {
-        self.recorder.put(self.topic, |payloads| {
-            payloads.extend_from_slice(payload);
+        self.recorder.put(self.topic, |batch| {
+            batch.payloads.extend_from_slice(payload);
             Some(Content::Encoded(payload.len()))
         });
     }
 
-    /// Records contacts of an arena.
-    pub fn record_contacts(&self, header: impl FnOnce() -> Header, contacts: Vec<Contact>) {
-        self.recorder.put(self.topic, |_| Some(Content::Contacts(header(), contacts)));
+    /// Records contacts of an arena, with stamp and frame.
+    pub fn record_contacts(&self, header: (Time, &str), contacts: &[Contact]) {
+        self.recorder.put(self.topic, |batch| {
+            batch.contacts.extend_from_slice(contacts);
+            Some(Content::Contacts(batch.head(header), contacts.len()))
+        });
     }
 
-    /// Records the pucks of an arena as they are now, if somebody looks at it.
+    /// Records the pucks of an arena as they are now, if somebody looks at it: with stamp and
+    /// frame.
     pub fn record_states(
         &self,
-        header: impl FnOnce() -> Header,
-        look: impl FnOnce(&mut Watcher) -> Option<Look>,
+        header: (Time, &str),
+        look: impl FnOnce(&mut Watcher, &mut Vec<Turn>) -> Option<Look>,
     ) {
-        let look = || look(&mut self.recorder.0.watcher.borrow_mut());
-        self.recorder.put(self.topic, |_| look().map(|look| Content::States(header(), look)));
+        self.recorder.put(self.topic, |batch| {
+            let watcher = &mut self.recorder.0.watcher.borrow_mut();
+            let look = look(watcher, &mut batch.turns)?;
+            Some(Content::States(batch.head(header), look))
+        });
     }
+}
+
+impl Batch {
+    fn head(&mut self, (stamp, frame_id): (Time, &str)) -> Head {
+        self.payloads.extend_from_slice(frame_id.as_bytes());
+        Head { stamp, frame_bytes: frame_id.len() }
+    }
+
+    /// It was written.
+    fn clear(&mut self) {
+        self.payloads.clear();
+        self.turns.clear();
+        self.contacts.clear();
+        self.bytes = 0;
+    }
+}
+
+/// What of a batch is still to be written.
+struct Rest<'a> {
+    payloads: &'a [u8],
+    turns: &'a [Turn],
+    contacts: &'a [Contact],
+}
+
+impl<'a> Rest<'a> {
+    fn payload(&mut self, bytes: usize) -> &'a [u8] {
+        split_off(&mut self.payloads, bytes)
+    }
+
+    fn header(&mut self, Head { stamp, frame_bytes }: Head) -> Header {
+        let frame_id = String::from_utf8_lossy(self.payload(frame_bytes)).into_owned();
+        Header { stamp, frame_id }
+    }
+}
+
+/// The first so many.
+fn split_off<'a, T>(all: &mut &'a [T], count: usize) -> &'a [T] {
+    let (first, rest) = all.split_at(count);
+    *all = rest;
+    first
 }
 
 fn now_ns() -> u64 {
@@ -318,8 +373,7 @@ impl Writing {
                 Ok(mut batch) => {
                     self.write(&mut batch)?;
                     waiting_bytes.fetch_sub(batch.bytes, Ordering::Relaxed);
-                    batch.payloads.clear();
-                    batch.bytes = 0;
+                    batch.clear();
                     // The loop may have ended.
                     let _ = give_back.send(batch);
                 }
@@ -334,8 +388,9 @@ impl Writing {
     }
 
     fn write(&mut self, batch: &mut Batch) -> Result<(), WriteError> {
-        let mut payloads = batch.payloads.as_slice();
-        for item in batch.items.drain(..) {
+        let Batch { items, payloads, turns, contacts, .. } = batch;
+        let mut rest = Rest { payloads, turns, contacts };
+        for item in items.drain(..) {
             let (topic, time_ns, content) = match item {
                 Item::Topic { name, kind, qos } => {
                     self.topics.push(self.bag.topic(&name, &kind, &qos)?);
@@ -344,23 +399,23 @@ impl Writing {
                 Item::Message { topic, time_ns, content } => (topic, time_ns, content),
             };
             let payload = match content {
-                Content::Encoded(bytes) => {
-                    let (payload, rest) = payloads.split_at(bytes);
-                    payloads = rest;
-                    payload
-                }
+                Content::Encoded(bytes) => rest.payload(bytes),
                 Content::Journal(entry) => {
                     // Of a type that JSON and CDR have.
                     let text = serde_json::to_string(&entry).unwrap_or_default();
                     encoded(&text, &mut self.payload)
                 }
-                Content::States(header, look) => {
-                    let discs = self.listener.hear(look);
-                    let message = publish::arena_states(header, discs.into_iter());
+                Content::States(head, look) => {
+                    let header = rest.header(head);
+                    let turns = split_off(&mut rest.turns, look.turns());
+                    let discs = self.listener.hear(look, turns);
+                    let message = publish::arena_states(header, discs);
                     encoded(&message, &mut self.payload)
                 }
-                Content::Contacts(header, contacts) => {
-                    encoded(&publish::contacts(header, &contacts), &mut self.payload)
+                Content::Contacts(head, count) => {
+                    let header = rest.header(head);
+                    let contacts = split_off(&mut rest.contacts, count);
+                    encoded(&publish::contacts(header, contacts), &mut self.payload)
                 }
             };
             self.bag.write(self.topics[topic], time_ns, time_ns, payload)?;

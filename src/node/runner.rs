@@ -624,7 +624,7 @@ impl<'a> Runner<'a> {
     /// What was done to the world goes into the bag before what came of it.
     fn write_journal(&mut self) {
         if let Some(recorder) = &self.recorder {
-            self.stage.take_journal().into_iter().for_each(|entry| recorder.journal(entry));
+            self.stage.take_journal().for_each(|entry| recorder.journal(entry));
         }
     }
 

@@ -11,7 +11,7 @@ use glam::DVec2;
 use super::timeline::Timeline;
 use crate::bag::journal::{Asked, DriveLine, Entry, Line};
 use crate::messages::Header;
-use crate::motion::watch::{Look, Watcher};
+use crate::motion::watch::{Look, Turn, Watcher};
 use crate::scene::file::is_token;
 use crate::scene::{Puck, Scene};
 use crate::world::{
@@ -100,8 +100,8 @@ impl Stage {
     }
 
     /// What was done to the world since it was last asked for.
-    pub fn take_journal(&mut self) -> Vec<Entry> {
-        self.journal.as_mut().map(std::mem::take).unwrap_or_default()
+    pub fn take_journal(&mut self) -> impl Iterator<Item = Entry> {
+        self.journal.iter_mut().flat_map(|journal| journal.drain(..))
     }
 
     fn note(&mut self, entry: impl FnOnce() -> Entry) {
@@ -136,8 +136,8 @@ impl Stage {
     }
 
     /// Looks at the arena for a watcher, if there is one.
-    pub fn look(&mut self, watcher: &mut Watcher) -> Option<Look> {
-        self.world.look(watcher)
+    pub fn look(&mut self, watcher: &mut Watcher, turns: &mut Vec<Turn>) -> Option<Look> {
+        self.world.look(watcher, turns)
     }
 
     /// Keeps account of the arena's momentum from now on.

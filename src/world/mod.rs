@@ -32,7 +32,7 @@ use glam::DVec2;
 
 use crate::detect::{self, Pair, TooManyPairs};
 use crate::motion::arena::Arena;
-use crate::motion::watch::{Look, Watcher};
+use crate::motion::watch::{Look, Turn, Watcher};
 use crate::plan::parts::{Part, Parts};
 use crate::plan::{Method, Plan};
 use crate::referee::Referee;
@@ -245,8 +245,8 @@ impl World {
     }
 
     /// Looks at the arena for a watcher, if there are simulated pucks.
-    pub fn look(&mut self, watcher: &mut Watcher) -> Option<Look> {
-        self.arena.as_mut().map(|arena| watcher.look(arena))
+    pub fn look(&mut self, watcher: &mut Watcher, turns: &mut Vec<Turn>) -> Option<Look> {
+        self.arena.as_mut().map(|arena| watcher.look(arena, turns))
     }
 
     /// Keeps account of the arena's momentum from now on, where its method can.

@@ -26,10 +26,12 @@ struct Pair(Watcher, Listener);
 impl Pair {
     /// Looks; how many bytes that took.
     fn look(&mut self, world: &mut World) -> usize {
-        let look = world.look(&mut self.0).unwrap();
+        let mut turns = Vec::new();
+        let look = world.look(&mut self.0, &mut turns).unwrap();
+        assert_eq!(look.turns(), turns.len());
         let bytes = look.bytes();
         let discs = world.arena().unwrap().discs(Owner::Simulated);
-        assert_eq!(bits(self.1.hear(look)), bits(discs));
+        assert_eq!(bits(self.1.hear(look, &turns)), bits(discs));
         bytes
     }
 }

@@ -59,8 +59,8 @@ impl Rows {
 pub enum Seen {
     /// All discs.
     Rows(Box<Rows>),
-    /// What flies otherwise than at the look before.
-    Turns(Vec<Turn>),
+    /// So many fly otherwise than at the look before.
+    Turns(usize),
 }
 
 /// A look at an arena, like no other.
@@ -119,9 +119,14 @@ impl Noted {
 impl Events {
     /// Looks at the discs, of which those are known that the last look told, if it was one at this
     /// arena; nothing if they are no rows. With it the present, s since the start of the epoch.
-    pub fn look(&mut self, last: &mut Option<LookNumber>) -> Option<(Seen, f64)> {
+    pub fn look(
+        &mut self,
+        last: &mut Option<LookNumber>,
+        turns: &mut Vec<Turn>,
+    ) -> Option<(Seen, f64)> {
         let seen = if last.is_some() && self.noted.look == *last {
-            Seen::Turns(self.noted.discs.iter().map(|&disc| self.turn_of(disc)).collect())
+            turns.extend(self.noted.discs.iter().map(|&disc| self.turn_of(disc)));
+            Seen::Turns(self.noted.discs.len())
         } else {
             Seen::Rows(Box::new(self.rows()?))
         };
