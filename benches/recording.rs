@@ -101,6 +101,7 @@ fn measure(turns: usize, folder: &Path) -> f64 {
 
 fn step(world: &mut World, until: f64, taps: Option<&Taps>) {
     let instants = Instants { heard_at: f64::NEG_INFINITY, advance_to: until };
+    taps.iter().for_each(|taps| taps.recorder.make_ready());
     let outcome = world.step(&[], instants);
     let Some(taps) = taps else { return };
     taps.recorder.journal(Entry::Step { to: until, heard: None, asked: None });

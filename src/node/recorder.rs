@@ -8,6 +8,7 @@
 //! is dropped, counted, and noted in the bag at its place.
 
 use std::cell::{Cell, RefCell};
+use std::mem::MaybeUninit;
 use std::path::Path;
 use std::rc::Rc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -88,6 +89,9 @@ struct Shared {
     batch: RefCell<Batch>,
     handed_over_at: Cell<Instant>,
     watcher: RefCell<Watcher>,
+    /// Of the last step.
+    last_turns: Cell<usize>,
+    last_contacts: Cell<usize>,
     waiting_bytes: Arc<AtomicUsize>,
     topics: Cell<usize>,
     journal: Cell<Option<usize>>,
@@ -134,6 +138,8 @@ impl Recorder {
             batch: RefCell::default(),
             handed_over_at: Cell::new(Instant::now()),
             watcher: RefCell::default(),
+            last_turns: Cell::new(0),
+            last_contacts: Cell::new(0),
             waiting_bytes,
             topics: Cell::new(0),
             journal: Cell::new(None),
@@ -178,6 +184,15 @@ impl Recorder {
     /// Why nothing is recorded any more, if that is so.
     pub fn failure(&self) -> Option<&str> {
         self.0.failure.get().map(String::as_str)
+    }
+
+    /// Before a step: touches the memory that its messages will go to, if they are as many as the
+    /// last time. The thread has read there, so it comes from afar: while the world steps, and not
+    /// after it.
+    pub fn make_ready(&self) {
+        let Batch { turns, contacts, .. } = &mut *self.0.batch.borrow_mut();
+        touch(turns, self.0.last_turns.get());
+        touch(contacts, self.0.last_contacts.get());
     }
 
     /// Hands over what was gathered, if that is much or some time ago.
@@ -274,6 +289,7 @@ impl Tap {
     pub fn record_contacts(&self, header: (Time, &str), contacts: &[Contact]) {
         self.recorder.put(self.topic, |batch| {
             batch.contacts.extend_from_slice(contacts);
+            self.recorder.0.last_contacts.set(contacts.len());
             Some(Content::Contacts(batch.head(header), contacts.len()))
         });
     }
@@ -288,6 +304,7 @@ impl Tap {
         self.recorder.put(self.topic, |batch| {
             let watcher = &mut self.recorder.0.watcher.borrow_mut();
             let look = look(watcher, &mut batch.turns)?;
+            self.recorder.0.last_turns.set(look.turns());
             Some(Content::States(batch.head(header), look))
         });
     }
@@ -331,6 +348,12 @@ fn split_off<'a, T>(all: &mut &'a [T], count: usize) -> &'a [T] {
     let (first, rest) = all.split_at(count);
     *all = rest;
     first
+}
+
+/// Writes over what is behind the end.
+fn touch<T>(all: &mut Vec<T>, count: usize) {
+    let spare = all.spare_capacity_mut().iter_mut().take(count);
+    spare.for_each(|place| *place = MaybeUninit::zeroed());
 }
 
 fn now_ns() -> u64 {
