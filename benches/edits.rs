@@ -6,12 +6,16 @@
 //! (`tests/core/edits.rs`); here the energy account must close, or no time is told. Medians over
 //! blocks.
 
+mod figures;
+
 use std::time::Instant;
 
 use carom::motion::events::Events;
 use carom::motion::plain::Laws;
 use carom::world::{Disc, Owner, Periodic};
 use glam::DVec2;
+
+use figures::median;
 
 const BLOCKS: usize = 21;
 const EDITS: usize = 1_000;
@@ -75,9 +79,4 @@ fn guest(discs: &[Disc], spacing: f64, k: usize) -> Disc {
         radius: 0.4,
         mass: 1.0,
     }
-}
-
-fn median(mut times: Vec<f64>) -> f64 {
-    times.sort_by(f64::total_cmp);
-    times[times.len() / 2]
 }

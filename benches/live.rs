@@ -6,6 +6,8 @@
 //! case. Both must come to the same bits, or no time is told. At 1 kHz means steps of 1 ms; free
 //! running (`--rate 0`) means steps from one arena state to the next, at 60 Hz.
 
+mod figures;
+
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -13,6 +15,8 @@ use carom::messages::Time;
 use carom::publish::error_report::{Facts, Interval, Totals, diagnostics};
 use carom::scene::Scene;
 use carom::world::{Disc, Instants, Owner, World};
+
+use figures::median;
 
 /// Pairs of runs, blocks of each in turns, and how long about a block is, s; of all blocks the
 /// median is told.
@@ -91,11 +95,6 @@ impl Run {
         black_box((diagnostics(&told, Time::default()), told));
         start.elapsed().as_secs_f64()
     }
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
 }
 
 fn measure(name: &str, label: &str, step: f64) {

@@ -8,6 +8,8 @@
 //! are told against the loop of a node that does the same without recording. Last a node records
 //! for a minute, and tells what it wrote and dropped. Figures are printed, not judged.
 
+mod figures;
+
 use std::fs;
 use std::io::Read;
 use std::path::Path;
@@ -22,6 +24,7 @@ use carom::messages::{Clock, Time};
 use carom::node::recorder::{Recorder, Tap};
 use carom::scene::Scene;
 use carom::world::{Instants, World};
+use figures::median;
 
 const SCENE: &str = "thousand";
 const DOMAIN: &str = "79";
@@ -37,9 +40,9 @@ const END_S: f64 = 0.5;
 const WARM_UP: usize = 4;
 
 fn main() {
-    let seconds = std::env::args().find_map(|word| word.parse().ok()).unwrap_or(60.0_f64).max(5.0);
+    let turns = std::env::args().find_map(|word| word.parse().ok()).unwrap_or(60_usize);
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("recording");
-    let (cost, calls) = measure((seconds as usize).max(WARM_UP + 4), &folder);
+    let (cost, calls) = measure(turns.max(WARM_UP + 4), &folder);
     let (turn, _) = node(NODE_S, None);
     let [cost, calls] = [cost, calls].map(|time| time / turn * 100.0);
     println!("a node's turn {turn:.1} us: {cost:+.2} % of it, in the calls {calls:.2} %");
@@ -102,9 +105,9 @@ fn measure(turns: usize, folder: &Path) -> (f64, f64) {
     println!(
         "in the recorder's calls: mean {:.2} us a tick, median {:.2} us",
         mean(&calls),
-        median(&calls)
+        median(calls.clone())
     );
-    (tell(&costs), mean(&calls))
+    (tell(costs), mean(&calls))
 }
 
 /// A step; how long the recorder was called, us.
@@ -128,9 +131,9 @@ fn step(world: &mut World, until: f64, taps: Option<&Taps>) -> Option<f64> {
 }
 
 /// Means, and medians too: a machine that is shared holds some turns up.
-fn tell([without, with]: &[Vec<f64>; 2]) -> f64 {
-    let pairs: Vec<f64> = with.iter().zip(without).map(|(with, without)| with - without).collect();
-    let (bare, mean_of_pairs) = (mean(without), mean(&pairs));
+fn tell([without, with]: [Vec<f64>; 2]) -> f64 {
+    let pairs: Vec<f64> = with.iter().zip(&without).map(|(with, without)| with - without).collect();
+    let (bare, mean_of_pairs) = (mean(&without), mean(&pairs));
     let deviations: Vec<f64> = pairs.iter().map(|pair| (pair - mean_of_pairs).powi(2)).collect();
     let error = (mean(&deviations) / (pairs.len() as f64 - 1.0)).sqrt();
     let percent = 100.0 / bare;
@@ -141,7 +144,7 @@ fn tell([without, with]: &[Vec<f64>; 2]) -> f64 {
         mean_of_pairs * percent,
         error * percent
     );
-    let (bare, recorded, more) = (median(without), median(with), median(&pairs));
+    let (bare, recorded, more) = (median(without), median(with), median(pairs));
     println!(
         "median: a tick {bare:.1} us, recorded {recorded:.1} us = {:+.2} %; of pairs {more:+.2} us",
         (recorded / bare - 1.0) * 100.0
@@ -151,12 +154,6 @@ fn tell([without, with]: &[Vec<f64>; 2]) -> f64 {
 
 fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
-}
-
-fn median(values: &[f64]) -> f64 {
-    let mut values = values.to_owned();
-    values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
 }
 
 /// Time of this thread on a processor, s.

@@ -6,6 +6,8 @@
 //! method fed with the same commands; a wrong one prints no time. Times are medians over blocks of
 //! ticks; commands are drawn before the clock starts.
 
+mod figures;
+
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -16,6 +18,8 @@ use carom::world::{Contact, Disc, Owner, Walls};
 use glam::DVec2;
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
+
+use figures::median;
 
 const BLOCKS: usize = 101;
 
@@ -205,9 +209,4 @@ fn pucks(count: u32, area_fraction: f64) -> Vec<Disc> {
         }
     }
     discs
-}
-
-fn median(mut times: Vec<f64>) -> f64 {
-    times.sort_by(f64::total_cmp);
-    times[times.len() / 2]
 }
