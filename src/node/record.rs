@@ -121,6 +121,8 @@ impl Recording {
             if let Some(why) = self.recorder.failure() {
                 return Err(NodeError::BadUse(why.to_owned()));
             }
+            // Signals and timers are seen when this task waits, which in a flood it never does.
+            tokio::task::yield_now().await;
         }
     }
 

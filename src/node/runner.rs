@@ -171,6 +171,8 @@ impl<'a> Runner<'a> {
             self.outputs.send_waiting(now, &mut self.complaints);
             self.rosout.tell(&mut self.complaints);
             self.recorder.iter().for_each(|recorder| recorder.hand_over_if_due(now));
+            // Signals and timers are seen when this task waits, which in a flood it never does.
+            tokio::task::yield_now().await;
         }
         self.complaints.settle();
         self.status.finish(self.stage.world().arena(), Instant::now());
