@@ -17,6 +17,7 @@ pub struct EnergyAccount {
 
 impl EnergyAccount {
     /// Books work done on the arena's discs, J; negative when they lose energy.
+    #[inline]
     pub fn book(&mut self, work: f64) {
         self.due.add(work);
         self.largest = self.largest.max(self.due.value());

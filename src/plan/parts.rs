@@ -176,14 +176,12 @@ impl Parts {
     /// All of them.
     pub const ALL: Self = Self(u32::MAX);
 
-    /// What a gas of equal discs that nobody disturbs has none of: the event-driven method has code
-    /// of its own for that, in which not even the questions are left.
+    /// What a gas of discs of one size that nobody disturbs has none of: the event-driven method
+    /// has code of its own for that, in which not even the questions are left.
     pub fn besides_a_gas() -> Self {
         Self::that(|part| {
-            use Part::{ContactTime, Gravity, Masses, Observed, Radii, Restitution};
-            use Part::{Segments, Walls};
-            let bound = matches!(part, Walls | Segments);
-            bound || matches!(part, Restitution | ContactTime | Gravity | Observed | Masses | Radii)
+            use Part::{Gravity, Observed, Radii, Segments, Walls};
+            matches!(part, Walls | Segments | Gravity | Observed | Radii)
         })
     }
 

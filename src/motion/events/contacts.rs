@@ -104,8 +104,8 @@ impl Events {
         } else {
             (self.flights[i].velocity(), self.flights[j].velocity())
         };
-        let (restitution, share, reach) = self.pair_law::<U>(i, j);
-        let exchange = exchange(d, velocities, restitution, &share, U::BARE || !self.lossy);
+        let (restitution, exchange) = self.exchange::<U>(i, j, d, velocities);
+        let reach = if U::BARE { self.reach } else { self.radii.get(i) + self.radii.get(j) };
         let excess = exchange.square - reach * reach;
         // Grazing to rounding, moved from outside, or without a normal.
         if exchange.along >= 0.0 || excess > OUT_OF_TOUCH * exchange.square {
@@ -115,7 +115,7 @@ impl Events {
             return self.collide_together::<U>(i, j, witness);
         }
         self.note_distance::<U>(i, j, excess);
-        if !U::BARE && (self.lossy || self.guests) {
+        if !U::ALIKE && (self.lossy || self.guests) {
             self.book(i, j, &exchange, restitution);
         }
         witness.see(|| self.record(i, j, d, &exchange, restitution));
@@ -130,15 +130,21 @@ impl Events {
         U::renew_two(self, i, j, noted);
     }
 
-    /// What the law needs to know of two discs: restitution, shares, and distance at contact, m.
+    /// The restitution of two discs that touch, and what the law makes of their velocities.
     #[inline(always)]
-    fn pair_law<U: Unit>(&self, i: usize, j: usize) -> (f64, MassFractions, f64) {
-        if U::BARE {
-            return (1.0, MassFractions::EQUAL, self.reach);
+    fn exchange<U: Unit>(
+        &self,
+        i: usize,
+        j: usize,
+        d: DVec2,
+        velocities: (DVec2, DVec2),
+    ) -> (f64, Exchange) {
+        if U::ALIKE {
+            return (1.0, exchange(d, velocities, 1.0, &MassFractions::EQUAL, true));
         }
         let share = MassFractions::of(self.masses.get(i), self.masses.get(j));
         let restitution = self.restitution(self.laws.restitution, &[i, j]);
-        (restitution, share, self.radii.get(i) + self.radii.get(j))
+        (restitution, exchange(d, velocities, restitution, &share, !self.lossy))
     }
 
     /// The record of a contact.
@@ -170,6 +176,7 @@ impl Events {
         }
     }
 
+    #[inline]
     fn reduced_mass(&self, i: usize, j: usize) -> f64 {
         let (a, b) = (self.masses.get(i), self.masses.get(j));
         let share = MassFractions::of(a, b);
@@ -262,7 +269,7 @@ impl Events {
     pub(super) fn note_contacts<U: Unit>(&mut self, discs: &[usize], count: usize) {
         self.contacts += count as u64;
         self.noted.turn(discs);
-        if U::BARE || self.last.is_empty() {
+        if U::ALIKE || self.last.is_empty() {
             return;
         }
         for &k in discs {

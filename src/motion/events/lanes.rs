@@ -99,6 +99,8 @@ impl Meeting {
 pub trait Unit {
     /// Whether the arena is known to be [bare](Events::is_bare).
     const BARE: bool;
+    /// Whether masses are known to be equal too, and nothing to be lost.
+    const ALIKE: bool;
 
     /// Names in `near` the discs of a block but for one.
     fn collect(numbers: &[u32], block: &Block, without: u32, near: &mut Near);
@@ -279,22 +281,37 @@ impl Lanes {
         until: f64,
         witness: &mut W,
     ) -> Result<(), Stall> {
-        match (self.0, arena.is_bare()) {
-            (Kind::OneByOne, true) => arena.advance_with::<OneByOne<true>, W>(until, witness),
-            (Kind::OneByOne, false) => arena.advance_with::<OneByOne<false>, W>(until, witness),
+        let (bare, alike) = (arena.is_bare(), arena.is_alike());
+        match (self.0, bare, bare && alike) {
+            (Kind::OneByOne, true, true) => {
+                arena.advance_with::<OneByOne<true, true>, W>(until, witness)
+            }
+            (Kind::OneByOne, true, false) => {
+                arena.advance_with::<OneByOne<true, false>, W>(until, witness)
+            }
+            (Kind::OneByOne, ..) => arena.advance_with::<OneByOne<false, false>, W>(until, witness),
             // SAFETY: the processor was asked for what the functions need.
             #[cfg(target_arch = "x86_64")]
-            (Kind::Four, true) => unsafe { vectors::advance::<true, W>(arena, until, witness) },
+            (Kind::Four, true, true) => unsafe {
+                vectors::advance::<true, true, W>(arena, until, witness)
+            },
             // SAFETY: as above.
             #[cfg(target_arch = "x86_64")]
-            (Kind::Four, false) => unsafe { vectors::advance::<false, W>(arena, until, witness) },
+            (Kind::Four, true, false) => unsafe {
+                vectors::advance::<true, false, W>(arena, until, witness)
+            },
+            // SAFETY: as above.
+            #[cfg(target_arch = "x86_64")]
+            (Kind::Four, ..) => unsafe {
+                vectors::advance::<false, false, W>(arena, until, witness)
+            },
         }
     }
 
     /// Predicts these discs again, with it.
     pub fn renew_all(self, arena: &mut Events, discs: &[usize]) {
         match self.0 {
-            Kind::OneByOne => arena.renew_all::<OneByOne<false>>(discs),
+            Kind::OneByOne => arena.renew_all::<OneByOne<false, false>>(discs),
             // SAFETY: the processor was asked for what the functions need.
             #[cfg(target_arch = "x86_64")]
             _ => unsafe { vectors::renew_all(arena, discs) },
@@ -303,10 +320,11 @@ impl Lanes {
 }
 
 /// One at a time, on every processor.
-pub struct OneByOne<const BARE: bool>;
+pub struct OneByOne<const BARE: bool, const ALIKE: bool>;
 
-impl<const BARE: bool> Unit for OneByOne<BARE> {
+impl<const BARE: bool, const ALIKE: bool> Unit for OneByOne<BARE, ALIKE> {
     const BARE: bool = BARE;
+    const ALIKE: bool = ALIKE;
 
     fn collect(numbers: &[u32], block: &Block, without: u32, near: &mut Near) {
         near.clear();

@@ -441,21 +441,23 @@ impl Events {
         self.lanes = lanes;
     }
 
-    /// Whether it has nothing that makes more of it than a gas of equal discs; what comes from
-    /// outside may change that.
+    /// Whether it has nothing that makes more of it than a gas of discs of one size; what comes
+    /// from outside may change that.
     fn is_bare(&self) -> bool {
         let built = Parts::that(|part| match part {
             Part::Walls => self.laws.walls.is_some(),
             Part::Segments => self.fence.is_some(),
-            Part::Masses => !self.masses.own().is_empty(),
             Part::Radii => !self.radii.own().is_empty(),
-            Part::Restitution => self.lossy,
-            Part::ContactTime => !self.last.is_empty(),
             Part::Gravity => self.fall.is_some(),
             Part::Observed => self.guests,
             _ => false,
         });
         self.levels.is_single() && built.among(Parts::besides_a_gas()) == Parts::NONE
+    }
+
+    /// Whether masses are equal, and contacts lose nothing.
+    fn is_alike(&self) -> bool {
+        self.masses.own().is_empty() && !self.lossy && self.last.is_empty()
     }
 
     fn bring_up_to_date(&mut self) {

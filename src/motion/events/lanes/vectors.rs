@@ -9,10 +9,11 @@ use std::arch::x86_64::*;
 use super::*;
 
 /// Four at a time.
-struct Four<const BARE: bool>;
+struct Four<const BARE: bool, const ALIKE: bool>;
 
-impl<const BARE: bool> Unit for Four<BARE> {
+impl<const BARE: bool, const ALIKE: bool> Unit for Four<BARE, ALIKE> {
     const BARE: bool = BARE;
+    const ALIKE: bool = ALIKE;
 
     #[inline(always)]
     fn collect(numbers: &[u32], block: &Block, without: u32, near: &mut Near) {
@@ -85,52 +86,57 @@ impl<const BARE: bool> Unit for Four<BARE> {
     #[inline(always)]
     fn renew(arena: &mut Events, k: usize, noted: f64) {
         // SAFETY: reached only through the functions below.
-        unsafe { renew::<BARE>(arena, k, noted) }
+        unsafe { renew::<BARE, ALIKE>(arena, k, noted) }
     }
 
     #[inline(always)]
     fn renew_two(arena: &mut Events, i: usize, j: usize, noted: f64) {
         // SAFETY: reached only through the functions below.
-        unsafe { renew_two::<BARE>(arena, i, j, noted) }
+        unsafe { renew_two::<BARE, ALIKE>(arena, i, j, noted) }
     }
 
     #[inline(always)]
     fn next_day(arena: &mut Events) {
         // SAFETY: reached only through the functions below.
-        unsafe { next_day::<BARE>(arena) }
+        unsafe { next_day::<BARE, ALIKE>(arena) }
     }
 }
 
 #[target_feature(enable = "avx2,fma,popcnt,bmi1")]
-pub fn advance<const BARE: bool, W: Witness>(
+pub fn advance<const BARE: bool, const ALIKE: bool, W: Witness>(
     arena: &mut Events,
     until: f64,
     witness: &mut W,
 ) -> Result<(), Stall> {
-    arena.advance_with::<Four<BARE>, W>(until, witness)
+    arena.advance_with::<Four<BARE, ALIKE>, W>(until, witness)
 }
 
 #[target_feature(enable = "avx2,fma,popcnt,bmi1")]
 pub fn renew_all(arena: &mut Events, discs: &[usize]) {
-    arena.renew_all::<Four<false>>(discs);
+    arena.renew_all::<Four<false, false>>(discs);
 }
 
 #[target_feature(enable = "avx2,fma,popcnt,bmi1")]
 #[inline(never)]
-fn renew<const BARE: bool>(arena: &mut Events, k: usize, noted: f64) {
-    arena.predict_again::<Four<BARE>>(k, noted);
+fn renew<const BARE: bool, const ALIKE: bool>(arena: &mut Events, k: usize, noted: f64) {
+    arena.predict_again::<Four<BARE, ALIKE>>(k, noted);
 }
 
 #[target_feature(enable = "avx2,fma,popcnt,bmi1")]
 #[inline(never)]
-fn renew_two<const BARE: bool>(arena: &mut Events, i: usize, j: usize, noted: f64) {
-    arena.predict_two_again::<Four<BARE>>(i, j, noted);
+fn renew_two<const BARE: bool, const ALIKE: bool>(
+    arena: &mut Events,
+    i: usize,
+    j: usize,
+    noted: f64,
+) {
+    arena.predict_two_again::<Four<BARE, ALIKE>>(i, j, noted);
 }
 
 #[target_feature(enable = "avx2,fma,popcnt,bmi1")]
 #[inline(never)]
-fn next_day<const BARE: bool>(arena: &mut Events) {
-    arena.open_next_day::<Four<BARE>>();
+fn next_day<const BARE: bool, const ALIKE: bool>(arena: &mut Events) {
+    arena.open_next_day::<Four<BARE, ALIKE>>();
 }
 
 /// The place of each is how many are larger: no branch is guessed wrongly.
