@@ -1,6 +1,6 @@
 //! An arena of simulated discs under the method that the plan chose for it.
 
-use std::collections::HashSet;
+use std::collections::BTreeSet;
 
 use glam::DVec2;
 
@@ -342,7 +342,7 @@ impl Arena {
     }
 
     /// Takes observed discs out.
-    pub fn forget(&mut self, ids: &HashSet<DiscId>) {
+    pub fn forget(&mut self, ids: &BTreeSet<DiscId>) {
         match self {
             Self::Plain(method) => method.forget(ids),
             Self::Events(method) => method.forget(ids),

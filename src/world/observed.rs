@@ -3,7 +3,7 @@
 //! Nothing here moves or corrects a circle: an answer is a function of the reports alone, so the
 //! same report twice gets the same answer.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeSet, HashMap};
 
 use super::command::Refusal;
 use super::disc::{Disc, DiscId};
@@ -66,9 +66,10 @@ impl Observed {
         refused
     }
 
-    /// Drops the circles not heard of for `stale_after` seconds; returns their ids.
-    pub fn drop_stale(&mut self, now: f64, stale_after: f64) -> HashSet<DiscId> {
-        let mut dropped = HashSet::new();
+    /// Drops the circles not heard of for `stale_after` seconds; returns their ids, in an
+    /// order that is the same in every run.
+    pub fn drop_stale(&mut self, now: f64, stale_after: f64) -> BTreeSet<DiscId> {
+        let mut dropped = BTreeSet::new();
         if now < self.next_look {
             return dropped;
         }
@@ -89,7 +90,7 @@ impl Observed {
     }
 
     /// Forgets all of them, as if nobody had ever reported any; returns their ids.
-    pub fn clear(&mut self) -> HashSet<DiscId> {
+    pub fn clear(&mut self) -> BTreeSet<DiscId> {
         std::mem::take(self).places.into_keys().collect()
     }
 

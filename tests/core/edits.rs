@@ -1,7 +1,7 @@
 //! Discs that come, go and are put elsewhere while an arena runs: what then happens is what happens
 //! in an arena made anew from the same states, and what the plain method says.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::FRAC_PI_4;
 
 use carom::motion::arena::Arena;
@@ -39,7 +39,7 @@ macro_rules! edit {
             Edit::Place(id, position, velocity) => $arena.place(id, position, velocity),
             Edit::Turn(id, velocity) => Ok($arena.set_velocity(id, velocity)),
             Edit::Observe(disc) => Ok($arena.observe(disc)),
-            Edit::Forget(id) => Ok($arena.forget(&HashSet::from([id]))),
+            Edit::Forget(id) => Ok($arena.forget(&BTreeSet::from([id]))),
         }
     };
 }
@@ -478,7 +478,7 @@ fn the_world_says_which_commands_it_did_not_do() {
     let places: Vec<usize> = outcome.not_done.iter().map(|(place, _)| *place).collect();
     assert_eq!(places, [1, 3, 4], "{:?}", outcome.not_done);
     let arena = world.arena().expect("an arena");
-    let ids: HashSet<DiscId> = arena.discs(Owner::Simulated).map(|disc| disc.id).collect();
+    let ids: BTreeSet<DiscId> = arena.discs(Owner::Simulated).map(|disc| disc.id).collect();
     assert!(ids.contains(&900) && !ids.contains(&3) && ids.len() == 60);
     // An id that is free again may be that of an observed circle, and one that is taken not.
     let report = |id: DiscId| {

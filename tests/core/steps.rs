@@ -1,6 +1,6 @@
 //! Steps of fixed length: laws first, then what they find late or never, then the events as judge.
 
-use std::collections::HashSet;
+use std::collections::BTreeSet;
 
 use carom::motion::plain::{Laws, Plain};
 use carom::motion::steps::plain::PlainSteps;
@@ -210,8 +210,8 @@ fn commands_observed_discs_and_those_that_leave() {
         stepped.set_velocity(id, velocity);
         exact.set_velocity(id, velocity);
         if k % 10 == 0 {
-            stepped.forget(&HashSet::from([100, 101]));
-            exact.forget(&HashSet::from([100, 101]));
+            stepped.forget(&BTreeSet::from([100, 101]));
+            exact.forget(&BTreeSet::from([100, 101]));
         }
         let until = 0.17 * f64::from(k);
         found.extend(run(&mut stepped, until));

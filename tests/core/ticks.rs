@@ -1,7 +1,7 @@
 //! The method of ticks: judged by the plain method, contact for contact, under commands at every
 //! tick.
 
-use std::collections::HashSet;
+use std::collections::BTreeSet;
 
 use carom::motion::plain::{Laws, Plain};
 use carom::motion::ticks::{NotInTicks, Ticks};
@@ -182,7 +182,7 @@ fn observed_discs_come_move_and_go() {
         twins.ticks.observe(seen);
         twins.plain.observe(seen);
         if k % 10 == 0 {
-            let gone = HashSet::from([100, 102]);
+            let gone = BTreeSet::from([100, 102]);
             twins.ticks.forget(&gone);
             twins.plain.forget(&gone);
         }

@@ -26,7 +26,7 @@
 
 pub mod slowing;
 
-use std::collections::HashSet;
+use std::collections::BTreeSet;
 
 use glam::DVec2;
 
@@ -80,7 +80,7 @@ pub trait Straight {
     /// Puts an observed disc where it is.
     fn observe(&mut self, disc: Disc);
     /// Takes observed discs out.
-    fn forget(&mut self, ids: &HashSet<DiscId>);
+    fn forget(&mut self, ids: &BTreeSet<DiscId>);
 }
 
 /// An arena whose discs slow down.
@@ -224,7 +224,7 @@ impl<M: Straight> Drag<M> {
     }
 
     /// Takes observed discs out.
-    pub fn forget(&mut self, ids: &HashSet<DiscId>) {
+    pub fn forget(&mut self, ids: &BTreeSet<DiscId>) {
         self.wake();
         self.method.forget(ids);
     }
@@ -356,7 +356,7 @@ macro_rules! straight {
             fn observe(&mut self, disc: Disc) {
                 <$method>::observe(self, disc);
             }
-            fn forget(&mut self, ids: &HashSet<DiscId>) {
+            fn forget(&mut self, ids: &BTreeSet<DiscId>) {
                 <$method>::forget(self, ids);
             }
         }

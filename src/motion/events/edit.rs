@@ -3,7 +3,7 @@
 //! Energy that comes or goes with it is booked as work. What it does to the cells and the calendar
 //! is for [`super::come`].
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeSet, HashMap};
 
 use glam::DVec2;
 
@@ -122,7 +122,7 @@ impl Events {
     }
 
     /// Takes observed discs out.
-    pub fn forget(&mut self, ids: &HashSet<DiscId>) {
+    pub fn forget(&mut self, ids: &BTreeSet<DiscId>) {
         for &id in ids {
             if let Some(k) = self.find(Owner::Observed, id) {
                 self.take_out(k);

@@ -1,6 +1,6 @@
 //! What is asked from outside between events: other velocities, discs that come, move and go.
 
-use std::collections::HashSet;
+use std::collections::BTreeSet;
 
 use glam::DVec2;
 
@@ -107,7 +107,7 @@ impl Plain {
     }
 
     /// Takes observed discs out.
-    pub fn forget(&mut self, ids: &HashSet<DiscId>) {
+    pub fn forget(&mut self, ids: &BTreeSet<DiscId>) {
         let before = self.bodies.len();
         let gone = |body: &Body| !body.is_simulated() && ids.contains(&body.disc.id);
         self.bodies.retain(|body| !gone(body));

@@ -1,6 +1,6 @@
 //! What is asked from outside between steps: other velocities, discs that come, move and go.
 
-use std::collections::HashSet;
+use std::collections::BTreeSet;
 
 use glam::DVec2;
 
@@ -43,7 +43,7 @@ impl Steps {
     }
 
     /// Takes observed discs out.
-    pub fn forget(&mut self, ids: &HashSet<DiscId>) {
+    pub fn forget(&mut self, ids: &BTreeSet<DiscId>) {
         let gone = |k: &usize| self.owners[*k] == Owner::Observed && ids.contains(&self.ids[*k]);
         let gone: Vec<usize> = (0..self.ids.len()).filter(gone).collect();
         self.take_out(&gone);

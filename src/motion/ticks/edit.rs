@@ -1,6 +1,6 @@
 //! What is asked from outside between events: other velocities, discs that come, move and go.
 
-use std::collections::HashSet;
+use std::collections::BTreeSet;
 
 use glam::DVec2;
 
@@ -46,7 +46,7 @@ impl Ticks {
     }
 
     /// Takes observed discs out.
-    pub fn forget(&mut self, ids: &HashSet<DiscId>) {
+    pub fn forget(&mut self, ids: &BTreeSet<DiscId>) {
         let before = self.bodies.len();
         self.bodies.retain(|body| body.is_simulated() || !ids.contains(&body.id));
         if self.bodies.len() < before {
