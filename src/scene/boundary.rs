@@ -8,7 +8,7 @@ use serde::Deserialize;
 use serde_saphyr::Spanned;
 
 use super::file::{Checked, Reader, SceneFile};
-use crate::world::{BadSegment, Periodic, Segment, Segments, Walls};
+use crate::world::{BadSegment, Periodic, Segment, Segments, Walls, limits};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -80,9 +80,13 @@ impl Reader<'_> {
         restitution: f64,
     ) -> Checked<Walls> {
         let WallsFile { x, y, restitution: own } = &walls.value;
-        let ordered = |[low, high]: [f64; 2]| low < high && low.is_finite() && high.is_finite();
+        let in_range = |bound: f64| bound.abs() <= limits::SIZE_MAX;
+        let ordered = |[low, high]: [f64; 2]| low < high && in_range(low) && in_range(high);
         if !ordered(*x) || !ordered(*y) {
-            let message = format!("{key}: x and y must be [low, high] with low below high");
+            let message = format!(
+                "{key}: x and y must be [low, high] with low below high, within {:e} m",
+                limits::SIZE_MAX
+            );
             return Err(self.error(Some(walls.referenced), message));
         }
         Ok(Walls {
@@ -107,10 +111,12 @@ impl Reader<'_> {
     pub(super) fn fits(&self, periodic: Option<Periodic>, scene: &SceneFile) -> Checked<()> {
         let Some(periodic) = periodic else { return Ok(()) };
         let radius = self.pucks.iter().map(|puck| puck.disc.radius).fold(0.0, f64::max);
-        if periodic.size().min_element() > 4.0 * radius {
+        let (radii, least) =
+            (limits::RADII_IN_PERIODIC_BOX, limits::RADII_IN_PERIODIC_BOX * radius);
+        if periodic.size().min_element() > least {
             return Ok(());
         }
-        let message = format!("periodic: must be wider than 4 radii, {} m", 4.0 * radius);
+        let message = format!("periodic: must be wider than {radii} radii, {least} m");
         Err(self.error(scene.periodic.as_ref().map(|file| file.referenced), message))
     }
 

@@ -174,6 +174,8 @@ fn unreadable(error: &serde_saphyr::Error, file: &str) -> SceneError {
 #[derive(Clone, Copy)]
 pub(super) struct Bounds {
     pub walls: Option<Walls>,
+    /// Whether these are the border of a periodic box.
+    pub periodic: bool,
     pub segments: Option<Segments>,
 }
 
@@ -210,8 +212,11 @@ impl<'a> Reader<'a> {
         // Pucks begin inside the periodic box, clear of its border: so none overlap across it.
         let room = periodic.map(|Periodic { min, max }| Walls { min, max, restitution: 1.0 });
         let segments = self.segments(scene, restitution)?;
-        let bounds =
-            Bounds { walls: walls.or(room), segments: segments.as_ref().map(|(all, _)| *all) };
+        let bounds = Bounds {
+            walls: walls.or(room),
+            periodic: room.is_some(),
+            segments: segments.as_ref().map(|(all, _)| *all),
+        };
         self.read_ball(&scene.ball, bounds)?;
         self.read_robots(&scene.robots, bounds)?;
         self.read_pucks(&scene.pucks, bounds)?;
@@ -346,12 +351,14 @@ impl<'a> Reader<'a> {
         bounds: Bounds,
         place: Option<Location>,
     ) -> Checked<()> {
-        let Bounds { walls, segments } = bounds;
+        let Bounds { walls, periodic, segments } = bounds;
         if let Some(defect) = disc.refusal() {
             return Err(self.error(place, format!("puck `{name}`: {defect}")));
         }
         if walls.is_some_and(|walls| !walls.contain(disc.position, disc.radius)) {
-            let message = format!("puck `{name}` must lie inside the walls");
+            let bounds =
+                if periodic { "begin inside the periodic box" } else { "lie inside the walls" };
+            let message = format!("puck `{name}` must {bounds}");
             return Err(self.error(place, message));
         }
         if segments.is_some_and(|segments| segments.refuse(disc, walls.as_ref())) {
@@ -377,7 +384,7 @@ impl<'a> Reader<'a> {
     fn read_batches(
         &mut self,
         batches: &[Spanned<BatchFile>],
-        Bounds { walls, segments }: Bounds,
+        Bounds { walls, segments, .. }: Bounds,
     ) -> Checked<()> {
         for batch in batches {
             let (place, file) = (Some(batch.referenced), &batch.value);
@@ -444,7 +451,13 @@ impl<'a> Reader<'a> {
             seed: file.seed,
             radius: self.range("radius", &file.radius)?,
             mass: self.range("mass", file.mass.as_ref().unwrap_or(&one))?,
-            speed: self.at_least_0("speed", &file.speed, 0.0)?,
+            speed: self.number(
+                "speed",
+                &file.speed,
+                0.0,
+                |speed| (0.0..=limits::SIZE_MAX).contains(&speed),
+                "from 0 to 1e60 m/s",
+            )?,
             region,
         })
     }
@@ -490,10 +503,14 @@ impl<'a> Reader<'a> {
             Amount::One(value) => (value, value),
             Amount::Range([min, max]) => (min, max),
         };
-        if min > 0.0 && min <= max && max.is_finite() {
+        if limits::SIZE_MIN <= min && min <= max && max <= limits::SIZE_MAX {
             return Ok(Range { min, max });
         }
-        let message = format!("{key}: a number above 0, or [smallest, largest]");
+        let message = format!(
+            "{key}: a number from {:e} to {:e}, or [smallest, largest]",
+            limits::SIZE_MIN,
+            limits::SIZE_MAX
+        );
         Err(self.error(Some(amount.referenced), message))
     }
 

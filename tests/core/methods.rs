@@ -1,12 +1,14 @@
 //! The methods as a scene chooses them: the exact ones agree, the others say how far off they are,
 //! and what does not suit is refused in one line with its place.
 
-use std::collections::HashSet;
+use std::collections::BTreeSet;
 
 use carom::motion::arena::Arena;
 use carom::plan::{Method, Plan};
 use carom::scene::{Scene, file};
-use carom::world::{Command, Disc, Instants, Owner, Pace, Refusal, Report, Settings, World};
+use carom::world::{
+    Command, Disc, Instants, Owner, Pace, Periodic, Refusal, Report, Settings, World,
+};
 use glam::DVec2;
 
 use crate::common::{box_settings, disc, gas};
@@ -110,9 +112,57 @@ fn observed_circles_are_met_or_refused() {
         assert!(arena.relative_energy_drift().abs() < 1e-12, "{method}");
         // They leave when nobody reports them.
         let mut arena = arena.clone();
-        arena.forget(&HashSet::from([7]));
+        arena.forget(&BTreeSet::from([7]));
         assert_eq!(arena.discs(Owner::Observed).count(), 0);
         run(&mut arena, 6.0);
+    }
+}
+
+/// Whoever goes stale goes in the same order each time, or discs would not be in the same places.
+#[test]
+fn circles_that_go_stale_leave_the_same_bits() {
+    let pucks = gas(84, 8, 8.0, (0.3, 0.5), (0.5, 3.0));
+    let guards: Vec<Disc> = (0..12)
+        .map(|k| disc(500 + k, [40.0 + 2.0 * f64::from(k), 40.0], [0.0; 2], 0.5, 3.0))
+        .collect();
+    for method in Method::ALL.into_iter().filter(|method| *method != Method::Springs) {
+        let drive = || {
+            let settings = Settings { method: Some(method), ..Settings::default() };
+            let mut world = World::new(settings, &pucks);
+            let step = |world: &mut World, commands: &[Command], time: f64| {
+                world.step(commands, Instants { heard_at: time, advance_to: time })
+            };
+            step(&mut world, &[Command::Observe(Report { discs: guards.clone(), time: 0.1 })], 0.1);
+            for k in 0..6 {
+                let puck = disc(900 + k, [-3.0 - 2.0 * f64::from(k), 0.0], [0.5, 0.1], 0.5, 1.0);
+                let outcome = step(&mut world, &[Command::AddPuck(puck)], 0.2);
+                assert!(outcome.not_done.is_empty(), "{method}");
+            }
+            step(&mut world, &[], 3.0);
+            let arena = world.arena().expect("pucks").clone();
+            assert_eq!(arena.discs(Owner::Observed).count(), 0, "{method}");
+            states(&arena)
+        };
+        assert_eq!(drive(), drive(), "{method}");
+    }
+}
+
+/// So narrow that another image is nearly as near as the nearest.
+#[test]
+fn contacts_in_the_narrowest_periodic_boxes_are_at_contact() {
+    for side in [0.4003, 0.401, 0.403, 0.41, 0.47] {
+        let periodic = Some(Periodic { min: DVec2::ZERO, max: DVec2::splat(side) });
+        let settings = Settings { periodic, ..Settings::default() };
+        let discs =
+            [disc(0, [0.1, 0.1], [1.0, 0.3], 0.1, 1.0), disc(1, [0.3, 0.3], [-1.0, 0.2], 0.1, 1.0)];
+        for method in [Method::Plain, Method::Ticks] {
+            let (mut arena, mut contacts) = (under(method, settings, &discs), Vec::new());
+            while arena.now() < 5.0 {
+                arena.advance(5.0, &mut contacts).expect("it goes on");
+            }
+            let deepest = contacts.iter().map(|contact| contact.gap.abs()).fold(0.0, f64::max);
+            assert!(contacts.len() > 10 && deepest < 1e-13, "{method}, {side} m: {deepest:e} m");
+        }
     }
 }
 

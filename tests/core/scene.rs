@@ -46,7 +46,7 @@ fn errors_name_file_line_and_key() {
         ("node: {stale_after_s: .nan}", "scene.yaml:1:23: stale_after_s = NaN, must be above 0"),
         (
             "walls: {x: [2, 1], y: [0, 1]}",
-            "scene.yaml:1:8: walls: x and y must be [low, high] with low below high",
+            "scene.yaml:1:8: walls: x and y must be [low, high] with low below high, within 1e60 m",
         ),
         (
             "pucks:\n  - {name: a, position: [1, 1], radius: -0.5}",
@@ -195,7 +195,7 @@ fn gravity_and_periodic_boxes_are_read_or_refused() {
     assert_eq!(periodic.expect("a box").size(), glam::DVec2::new(4.0, 3.0));
     let refused = [
         ("gravity: [.nan, 0]", "gravity: [x, y] in m/s^2, each 0 or of a size from 1e-30 to 1e30"),
-        ("periodic: {x: [0, 2], y: [0, 9]}", "periodic: must be wider than 4 radii, 2 m"),
+        ("periodic: {x: [0, 2], y: [0, 9]}", "periodic: must be wider than 4.001 radii, 2.0005 m"),
         (
             "walls: {x: [0, 4], y: [0, 4]}\nperiodic: {x: [0, 4], y: [0, 4]}",
             "periodic: x and y only, without walls and without gravity",

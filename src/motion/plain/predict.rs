@@ -179,6 +179,6 @@ pub(super) struct Watcher {
 /// an observed circle too wide for the box may be missed.
 fn valid_for(periodic: &Periodic, fastest: DVec2, widest: f64) -> f64 {
     let half = 0.5 * periodic.size();
-    let way = (half - widest).max(half / 64.0) * (1.0 - 1e-9);
+    let way = (half - widest).max(half / 8192.0) * (1.0 - 1e-9);
     (way / fastest).min_element()
 }

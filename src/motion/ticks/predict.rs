@@ -56,7 +56,7 @@ impl Ticks {
             // on one axis, and must come to the reach. The margin is rounding.
             let half = 0.5 * periodic.size().min_element();
             let widest = 2.0 * sizes.radius_max;
-            let way = (half - widest).max(half / 64.0) * (1.0 - 1e-9);
+            let way = (half - widest).max(half / 8192.0) * (1.0 - 1e-9);
             while 2.0 * sizes.component_max * length > way {
                 length *= 0.5;
             }
