@@ -68,7 +68,7 @@ pub fn crashes(header: Header, crashes: &[referee::Crash]) -> Crashes {
     Crashes { header, part: 0, parts: 0, crashes: crashes.iter().map(message).collect() }
 }
 
-/// `arena_states`
+/// `arena_states`, by id
 pub fn arena_states(header: Header, discs: impl Iterator<Item = Disc>) -> CircleStates {
     let message = |disc: Disc| CircleState {
         id: disc.id,
@@ -79,5 +79,10 @@ pub fn arena_states(header: Header, discs: impl Iterator<Item = Disc>) -> Circle
         radius: disc.radius,
         mass: disc.mass,
     };
-    CircleStates { header, part: 0, parts: 0, circles: discs.map(message).collect() }
+    let mut circles: Vec<CircleState> = discs.map(message).collect();
+    // Those that are not in order are few: the last takes the place of one that went.
+    if !circles.is_sorted_by_key(|circle| circle.id) {
+        circles.sort_unstable_by_key(|circle| circle.id);
+    }
+    CircleStates { header, part: 0, parts: 0, circles }
 }
