@@ -162,9 +162,10 @@ impl Judgement {
             && exceeds(self.rate / rate - 1.0, part)
         {
             return Err(format!(
-                "{:.4} collisions a disc and second, must be {rate:.4} within {} %; more \
-                 collisions or more discs scatter less",
-                self.rate,
+                "{} collisions a disc and second, must be {} within {} %; more collisions or more \
+                 discs scatter less",
+                digits(self.rate),
+                digits(rate),
                 100.0 * part
             ));
         }
@@ -184,6 +185,11 @@ impl Judgement {
     }
 }
 
+/// A rate as it is told: four decimals, or digits that are none of nothing.
+fn digits(rate: f64) -> String {
+    if rate.abs() < 0.01 { format!("{rate:.3e}") } else { format!("{rate:.4}") }
+}
+
 /// Whether a size is beyond a bound, or no number.
 fn exceeds(size: f64, bound: f64) -> bool {
     size.is_nan() || size.abs() > bound
@@ -191,9 +197,9 @@ fn exceeds(size: f64, bound: f64) -> bool {
 
 impl fmt::Display for Judgement {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{:>10.4} collisions of a disc per second", self.rate)?;
+        write!(f, "{:>10} collisions of a disc per second", digits(self.rate))?;
         if let Some((rate, part)) = self.rate_expected {
-            write!(f, " (kinetic theory: {rate:.4} within {} %)", 100.0 * part)?;
+            write!(f, " (kinetic theory: {} within {} %)", digits(rate), 100.0 * part)?;
         }
         writeln!(f, "\n{:>+10.1e} relative energy drift", self.energy_drift)?;
         write!(f, "{:>10.1e} radii from contact at most at a collision", self.largest_miss)?;

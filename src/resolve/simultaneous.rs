@@ -31,7 +31,7 @@ pub struct Touching {
 pub struct Blow {
     /// Impulse along the normal, N s.
     pub impulse: f64,
-    /// Speed of approach before, m/s.
+    /// Speed of approach before, m/s; above 0.
     pub approach_speed: f64,
     /// Kinetic energy taken, J.
     pub energy_loss: f64,
@@ -80,8 +80,11 @@ impl Reflector {
         }
         contacts.iter().zip(&self.before).zip(&self.impulses).map(move |((c, s), impulse)| {
             let loss = -0.5 * impulse * (s + normal_speed(discs, c));
-            let energy_loss = if restitution < 1.0 { loss } else { 0.0 };
-            Blow { impulse: *impulse, approach_speed: -s, energy_loss }
+            // Plus 0: no loss has no sign.
+            let energy_loss = if restitution < 1.0 { loss + 0.0 } else { 0.0 };
+            // That they approach is known exactly; by rounding their speed may be none.
+            let approach_speed = (-s).max(f64::MIN_POSITIVE);
+            Blow { impulse: *impulse, approach_speed, energy_loss }
         })
     }
 

@@ -154,8 +154,9 @@ impl Default for Laws {
 /// An arena that cannot leave an instant: endlessly many contacts at the same time.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "arena stalled at t = {time} s: more than {events} contacts at one instant, the last of disc \
-     {disc}; raise contact_time_s, or part the discs"
+    "arena stalled at t = {} s: more than {events} contacts at one instant, the last of disc \
+     {disc}; part the discs, or raise contact_time_s where restitution is below 1",
+    limits::short(*.time)
 )]
 pub struct Stall {
     /// The instant, s.
