@@ -149,6 +149,12 @@ impl Recording {
                 self.unknown.insert(key);
                 continue;
             }
+            if let Some((_, first)) = self.opened.iter().find(|(opened, _)| *opened == name) {
+                // To the DDS library a topic is its name: it would mix the two.
+                tracing::warn!("{name} is recorded as {first}: what comes as {kind} is left out");
+                self.unknown.insert(key);
+                continue;
+            }
             let messages = ros.raw_subscription(&name, &kind, qos, DEPTH)?.into_stream();
             let tap = self.taps.len();
             self.taps.push(self.recorder.tap(&name, &kind, &qos.to_yaml()));

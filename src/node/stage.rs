@@ -164,21 +164,26 @@ impl Stage {
         self.world.step(&commands, instants)
     }
 
+    // What is set from now on holds after a reset too, and for scenes that are loaded.
+
     /// Observed circles not heard of for so long leave from now on, s.
     pub fn set_stale_after(&mut self, time: f64) {
         self.note(|| Entry::Setting { name: "stale_after_s".to_owned(), value: time });
+        self.scene.settings.stale_after = time;
         self.world.set_stale_after(time);
     }
 
     /// Observed circles with a gap up to this count as in contact from now on, m.
     pub fn set_contact_margin(&mut self, margin: f64) {
         self.note(|| Entry::Setting { name: "contact_margin_m".to_owned(), value: margin });
+        self.scene.settings.contact_margin = margin;
         self.world.set_contact_margin(margin);
     }
 
     /// Commands are over after so long from now on, s of simulated time.
     pub fn set_command_timeout(&mut self, time: f64) {
         self.note(|| Entry::Setting { name: "command_timeout_s".to_owned(), value: time });
+        self.scene.settings.command_timeout = time;
         self.world.set_command_timeout(time);
     }
 
@@ -325,6 +330,12 @@ impl Stage {
 
     /// Another scene instead of this one, stopped.
     pub fn load(&mut self, scene: Scene, now: Instant) {
+        let text = Some(scene.text.to_string());
+        self.take_over(scene, text, now);
+    }
+
+    /// `text`: what the journal is told, from which the scene can be made again.
+    fn take_over(&mut self, scene: Scene, text: Option<String>, now: Instant) {
         // How the node runs is the node's affair, whatever it runs.
         let settings = Settings {
             stale_after: self.scene.settings.stale_after,
@@ -334,7 +345,6 @@ impl Stage {
         };
         self.scene = Scene { settings, node: self.scene.node.clone(), ..scene };
         (self.world, self.pucks) = (self.scene.world(), self.scene.pucks.clone());
-        let text = (!self.pucks.is_empty()).then(|| self.scene.text.to_string());
         self.note(|| Entry::Scene { text });
         self.spawned.clear();
         self.next_id = first_free_id(&self.pucks);
@@ -346,7 +356,7 @@ impl Stage {
     /// No scene: observed circles are still answered.
     pub fn unload(&mut self, now: Instant) {
         let nothing = Scene { name: String::new(), pucks: Vec::new(), ..self.scene.clone() };
-        self.load(nothing, now);
+        self.take_over(nothing, None, now);
         self.state = State::NoWorld;
     }
 
@@ -507,6 +517,21 @@ mod tests {
         stage.step(asked, Instants { heard_at, advance_to: begin });
         stage.step(None, Instants { heard_at, advance_to: begin + 0.1 });
         stage.now()[0].1.velocity.length()
+    }
+
+    #[test]
+    fn what_was_set_holds_after_a_reset() {
+        // It is written above.
+        let scene = file::parse(SCENE, "test").expect("a sound scene");
+        let now = Instant::now();
+        for time in [true, false] {
+            let mut stage = Stage::new(scene.clone(), Timeline::new(1.0, 10.0, None, now));
+            stage.set_command_timeout(0.01);
+            // What is reset overlaps nothing.
+            stage.reset(Scope { time, ..ALL }, now).expect("nobody is in the way");
+            let moved = speed(&mut stage);
+            assert!(moved < 0.05, "{moved}: it goes on after its command is over");
+        }
     }
 
     #[test]

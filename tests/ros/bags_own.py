@@ -23,7 +23,10 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from rosbags.interfaces import QosDurability, QosReliability
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
-from simulation_interfaces.srv import ResetSimulation, SpawnEntity
+from simulation_interfaces.msg import SimulationState
+from simulation_interfaces.srv import (
+    LoadWorld, ResetSimulation, SetSimulationState, SpawnEntity,
+)
 from std_msgs.msg import String
 
 # Where the interfaces of this environment say what their types are.
@@ -113,8 +116,21 @@ def disturb(client):
     wait_until(lambda: len(states) > before + 30, "states after the newcomer")
     reset = call(client, ResetSimulation, "reset_simulation", scope=0)
     assert reset.result.result == 1, reset
+    # What was set holds after the reset, so this command is over soon.
+    drive.publish(twist)
     before = len(states)
-    wait_until(lambda: len(states) > before + 30, "states after the reset")
+    wait_until(lambda: len(states) > before + 90, "states after the reset")
+    scene = "restitution: 0.5\nwalls: {x: [0, 2], y: [0, 2]}\n"
+    loaded = call(client, LoadWorld, "load_world", resource_string=scene)
+    assert loaded.result.result == 1, loaded
+    playing = SimulationState(state=SimulationState.STATE_PLAYING)
+    played = call(client, SetSimulationState, "set_simulation_state", state=playing)
+    assert played.result.result == 1, played
+    spawned = call(client, SpawnEntity, "spawn_entity", name="first", initial_pose=pose,
+                   resource_string="{radius: 0.05, velocity: [9.0, 5.0]}")
+    assert spawned.result.result == 1, spawned
+    before = len(states)
+    wait_until(lambda: len(states) > before + 60, "states in the scene that was loaded")
 
 
 def main():
