@@ -148,7 +148,9 @@ pub fn absolute(path: &Path) -> io::Result<PathBuf> {
 /// As the operating system has it; that it is there already.
 pub fn create_folder(folder: &Path) -> io::Result<()> {
     match folder.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => fs::create_dir_all(parent)?,
+        // What is there already is not the folder, then.
+        Some(parent) if !parent.as_os_str().is_empty() => fs::create_dir_all(parent)
+            .map_err(|error| io::Error::other(format!("{}: {error}", parent.display())))?,
         _ => {}
     }
     fs::create_dir(folder)

@@ -126,10 +126,23 @@ fn wrong(what: &str) -> NoSummary {
 
 /// A record that matters.
 enum Event {
-    Schema { id: u16, kind: String, definition: Definition },
-    Channel { channel: mcap::records::Channel, schema: u16 },
+    Schema {
+        id: u16,
+        kind: String,
+        definition: Definition,
+    },
+    Channel {
+        channel: mcap::records::Channel,
+        schema: u16,
+    },
     Metadata(String, BTreeMap<String, String>),
-    Message { channel: u16, log_time_ns: u64, publish_time_ns: u64, payload: Vec<u8> },
+    Message {
+        channel: u16,
+        sequence: u32,
+        log_time_ns: u64,
+        publish_time_ns: u64,
+        payload: Vec<u8>,
+    },
 }
 
 /// A file that is being read from its beginning to its end.
@@ -183,12 +196,14 @@ impl McapReader {
                 Ok(event) => event,
                 Err(fault) => return Some(Err(fault)),
             };
-            let Event::Message { channel, log_time_ns, publish_time_ns, payload } = event else {
+            let Event::Message { channel, sequence, log_time_ns, publish_time_ns, payload } = event
+            else {
                 continue;
             };
             match wanted.topic(channel.into()) {
                 Some((topic, true)) => {
-                    return Some(Ok(Stored { topic, log_time_ns, publish_time_ns, payload }));
+                    let stored = Stored { topic, log_time_ns, publish_time_ns, sequence, payload };
+                    return Some(Ok(stored));
                 }
                 Some(_) => {}
                 None if self.is_stranger_told => {}
@@ -459,8 +474,9 @@ fn message(body: &[u8], wanted: &impl Fn(u16) -> bool) -> Option<Event> {
     let (head, payload) = body.split_at_checked(MESSAGE_HEAD_BYTES)?;
     let channel = u16::from_le_bytes([head[0], head[1]]);
     let payload = if wanted(channel) { payload.to_vec() } else { Vec::new() };
+    let sequence = u32::from_le_bytes([head[2], head[3], head[4], head[5]]);
     let (log_time_ns, publish_time_ns) = (u64_at(head, 6), u64_at(head, 14));
-    Some(Event::Message { channel, log_time_ns, publish_time_ns, payload })
+    Some(Event::Message { channel, sequence, log_time_ns, publish_time_ns, payload })
 }
 
 /// Opcode and length; `bytes` has them.

@@ -56,6 +56,8 @@ pub struct Message {
     pub log_time_ns: u64,
     /// When it was sent, ns since 1970; when it was recorded, where the bag does not say that.
     pub publish_time_ns: u64,
+    /// Its number among those of its topic, as the recorder counted; where that does not count, 0.
+    pub sequence: u32,
     /// Encapsulation and message; `decode::message` reads it.
     pub payload: Vec<u8>,
 }
@@ -126,7 +128,7 @@ impl Bag {
             bag.add(path, false).map_err(|fault| fault.of(path))?;
             return Ok(bag);
         }
-        let metadata = bag.read_metadata()?;
+        let metadata = bag.read_metadata();
         let files = bag.files_of(metadata.as_ref())?;
         if files.is_empty() {
             let what = "is a folder without a recording (.mcap, .db3)".to_owned();
@@ -192,22 +194,22 @@ impl Bag {
         Messages { bag: self, wanted, part: 0, reading: None, bytes_before: 0, is_told: false }
     }
 
-    fn read_metadata(&mut self) -> Result<Option<Metadata>, BagError> {
+    fn read_metadata(&mut self) -> Option<Metadata> {
         let path = self.path.join("metadata.yaml");
-        let text = files::text(&path).map_err(|fault| fault.of(&path))?;
-        let missing = |what: String| Fault::Missing(what).of(&path);
-        let Some(text) = text else {
-            self.faults.push(missing("is missing: the files of the folder are read".to_owned()));
-            return Ok(None);
-        };
-        match metadata::parse(&text) {
-            Ok(metadata) => Ok(Some(metadata)),
-            Err(error) => {
-                let what = format!("{error}; the files of the folder are read without it");
-                self.faults.push(Fault::Contradicts(what).of(&path));
-                Ok(None)
+        let fault = match files::text(&path) {
+            Ok(Some(text)) => match metadata::parse(&text) {
+                Ok(metadata) => return Some(metadata),
+                Err(error) => Fault::Contradicts(format!(
+                    "{error}; the files of the folder are read without it"
+                )),
+            },
+            Ok(None) => Fault::Missing("is missing: the files of the folder are read".to_owned()),
+            Err(fault) => {
+                Fault::Missing(format!("{fault}: the files of the folder are read without it"))
             }
-        }
+        };
+        self.faults.push(fault.of(&path));
+        None
     }
 
     fn files_of(&mut self, metadata: Option<&Metadata>) -> Result<Vec<PathBuf>, BagError> {
@@ -220,6 +222,11 @@ impl Bag {
             // Early versions wrote the name of the folder too.
             let last = Path::new(name).file_name().map(|name| self.path.join(name));
             listed.push(last.filter(|last| !whole.exists() && last.exists()).unwrap_or(whole));
+        }
+        if !recordings.is_empty() && !listed.iter().any(|path| path.exists()) {
+            let what = "metadata.yaml names none of the files that are there; those are read";
+            self.faults.push(Fault::Contradicts(what.to_owned()).of(&self.path));
+            return Ok(recordings);
         }
         for path in recordings.into_iter().filter(|path| !listed.contains(path)) {
             let what = "is not in metadata.yaml and is left out".to_owned();

@@ -166,6 +166,8 @@ struct Run {
     states: String,
     contacts: String,
     velocities: String,
+    /// By topic, the number of the last message.
+    sequences: HashMap<String, u32>,
     /// The last message of every other topic.
     heard: HashMap<String, Vec<u8>>,
     /// Payloads that must come, by topic.
@@ -188,6 +190,7 @@ impl Run {
             states: get("topic.arena_states")?.clone(),
             contacts: get("topic.contacts")?.clone(),
             velocities: get("topic.corrected_velocities")?.clone(),
+            sequences: HashMap::new(),
             heard: HashMap::new(),
             expected: HashMap::new(),
             verdict: Verdict::default(),
@@ -195,6 +198,7 @@ impl Run {
     }
 
     fn take(&mut self, topic: &str, message: Message) {
+        self.count(topic, message.sequence);
         if *topic == self.journal {
             match Entry::read(&message.payload) {
                 Ok(entry) => self.act(entry),
@@ -218,6 +222,17 @@ impl Run {
             }
         } else {
             self.heard.insert(topic.to_owned(), message.payload);
+        }
+    }
+
+    /// The recorder counts the messages of a topic from 1 on: what was taken out later is missed.
+    fn count(&mut self, topic: &str, sequence: u32) {
+        let last = self.sequences.insert(topic.to_owned(), sequence).unwrap_or(0);
+        let gone = sequence.wrapping_sub(last).wrapping_sub(1);
+        // Others that wrote the bag again may not count.
+        if sequence > 0 && gone > 0 {
+            let at = self.now();
+            self.verdict.damage.push(format!("{topic} at {at} s: {gone} messages are not there"));
         }
     }
 

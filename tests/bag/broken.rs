@@ -156,12 +156,33 @@ fn metadata_that_contradicts_the_files_is_told_and_they_are_read() {
     ] {
         assert!(faults.iter().any(|fault| fault.contains(what)), "{faults:?}: {what}");
     }
-    for text in ["", "a: [", "rosbag2_bagfile_information: 3", "\u{0}\u{1}"] {
+    let text: [&[u8]; 6] = [
+        b"",
+        b"a: [",
+        b"rosbag2_bagfile_information: 3",
+        b"\x00\x01",
+        b"\xff\xfe",
+        b"rosbag2_bagfile_information: {version: 9, relative_file_paths: [other.mcap]}",
+    ];
+    for text in text {
         fs::write(&metadata, text).expect("a file");
         let (messages, faults) = read_all(&folder);
         assert_eq!(messages.len(), 15, "{text:?}");
-        assert!(faults.iter().any(|fault| fault.contains("metadata.yaml: ")), "{faults:?}");
+        assert!(faults.iter().any(|fault| fault.contains("metadata.yaml")), "{faults:?}");
     }
+    fs::remove_file(&metadata).expect("ours");
+    fs::create_dir(&metadata).expect("a folder of that name");
+    assert_eq!(read_all(&folder).0.len(), 15);
+}
+
+#[test]
+fn a_database_that_is_cut_off_is_read_as_far_as_it_goes() {
+    let path = folder("cut").join("a.db3");
+    sqlite(&path, 0..600);
+    let whole = fs::read(&path).expect("a file");
+    let (messages, faults) = read_changed(&path, &whole[..whole.len() * 9 / 10]);
+    assert!((400..600).contains(&messages.len()), "{}: {faults:?}", messages.len());
+    assert!(faults.iter().any(|fault| fault.contains("damaged")), "{faults:?}");
 }
 
 #[test]

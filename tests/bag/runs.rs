@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
@@ -246,6 +247,35 @@ fn what_is_left_out_is_a_difference() {
         topic != "/contacts" || contacts != 3
     });
     assert!(!verify(&Bag::open(&fewer).expect("a bag")).expect("a run").agrees());
+}
+
+#[test]
+fn a_message_that_was_taken_out_is_missed() {
+    let folder = folder("taken");
+    let path = recorded(&folder, "arena", env!("CARGO_PKG_VERSION"));
+    let notes = Bag::open(&path).expect("a bag").notes().to_vec();
+    let file = path.join("run_0.mcap");
+    let whole = fs::read(&file).expect("a file");
+    let mut writer = mcap::Writer::new(Cursor::new(Vec::new())).expect("memory");
+    for (name, metadata) in notes {
+        writer.write_metadata(&mcap::records::Metadata { name, metadata }).expect("memory");
+    }
+    for message in mcap::MessageStream::new(&whole).expect("a file of ours") {
+        let message = message.expect("sound");
+        if message.channel.topic != "/arena_states" || message.sequence != 60 {
+            writer.write(&message).expect("memory");
+        }
+    }
+    writer.finish().expect("memory");
+    fs::write(&file, writer.into_inner().into_inner()).expect("a file");
+    fs::remove_file(path.join("metadata.yaml")).expect("ours");
+    let (code, out, _) = run_from(&path, &["--verify"]);
+    assert_eq!(code, Some(1), "{out}");
+    assert!(
+        out.contains("/arena_states at 1.0166666666666666 s: 1 messages are not there"),
+        "{out}"
+    );
+    assert!(out.contains("every bit agrees; the bag is damaged in 1 place"), "{out}");
 }
 
 /// The places of the steps in the journal of a file that is not packed.
