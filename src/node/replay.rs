@@ -18,6 +18,13 @@ use crate::messages::{CircleStates, CircleVelocities, Clock, Contacts, Time};
 
 /// A subscriber that is slow is waited for so long before a message is given up.
 const FULL_WAIT: Duration = Duration::from_secs(1);
+/// More than this within the time of a pause overflows what a subscriber receives by default.
+/// Each message takes a datagram's worth besides its content, bytes.
+const BURST_BYTES: usize = 48 << 10;
+const MESSAGE_BYTES: usize = 1 << 10;
+const BURST_PAUSE: Duration = Duration::from_millis(1);
+/// So long after the last message reliable subscribers can still ask for what they have lost.
+const LINGER: Duration = Duration::from_millis(500);
 /// Payloads above this go out in parts, bytes.
 const WHOLE_BYTES_MAX: usize = 50_100;
 
@@ -63,7 +70,7 @@ pub fn replay(ros: RosArguments, options: &ReplayOptions) -> Result<String, Node
         tokio::select! {
             biased;
             () = stop.asked() => {}
-            () = player.play(options) => {}
+            () = async { player.play(options).await; player.linger(bag).await } => {}
         }
     });
     let line = player.line();
@@ -80,6 +87,8 @@ struct Player {
     /// By topic; nothing of those that are not played.
     publishers: Vec<Option<RawPublisher>>,
     clock: Option<Publisher<Clock>>,
+    burst_began: Instant,
+    burst_bytes: usize,
     sent: u64,
     unsent: u64,
     faults: u64,
@@ -101,7 +110,9 @@ impl Player {
             publishers.push(if plays { Some(open()?) } else { None });
         }
         let clock = options.clock_hz.map(|_| ros.publisher("/clock", 1)).transpose()?;
-        Ok(Self { publishers, clock, sent: 0, unsent: 0, faults: 0 })
+        let faults = options.bag.faults().len() as u64;
+        let burst_began = Instant::now();
+        Ok(Self { publishers, clock, burst_began, burst_bytes: 0, sent: 0, unsent: 0, faults })
     }
 
     async fn play(&mut self, options: &ReplayOptions) {
@@ -171,7 +182,14 @@ impl Player {
     }
 
     /// A window that is full is waited for, as a recording does not come again.
-    async fn send_part(&self, topic: usize, payload: Vec<u8>) -> bool {
+    async fn send_part(&mut self, topic: usize, payload: Vec<u8>) -> bool {
+        if self.burst_began.elapsed() > BURST_PAUSE {
+            (self.burst_began, self.burst_bytes) = (Instant::now(), 0);
+        }
+        self.burst_bytes += MESSAGE_BYTES + payload.len();
+        if self.burst_bytes > BURST_BYTES {
+            tokio::time::sleep(BURST_PAUSE).await;
+        }
         let Some(publisher) = self.publishers.get(topic).and_then(Option::as_ref) else {
             return false;
         };
@@ -185,6 +203,15 @@ impl Player {
                 }
                 Err(_) => return false,
             }
+        }
+    }
+
+    /// Stays for those who have not got everything yet.
+    async fn linger(&self, bag: &Bag) {
+        let mut played = bag.topics().iter().zip(&self.publishers);
+        if played.any(|(topic, publisher)| publisher.is_some() && Qos::of_yaml(&topic.qos).reliable)
+        {
+            tokio::time::sleep(LINGER).await;
         }
     }
 
