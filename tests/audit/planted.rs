@@ -131,6 +131,30 @@ fn large_slow_discs_that_pass_through_each_other_miss_their_collision() {
 }
 
 #[test]
+fn a_violation_of_discs_at_rest_to_each_other_has_a_severity_of_a_sound_size() {
+    let discs =
+        [disc(1, [0.0, 0.0], [0.5, 0.0], 0.1, 1.0), disc(2, [0.2, 0.0], [0.5, 0.0], 0.1, 2.0)];
+    // Both fly off the same way, or only one does.
+    for (first, second) in [(1.0, 1.0), (0.0, 1.0), (-1.0, 1.0)] {
+        let at = |time: f64| {
+            let by = (time - 0.2).max(0.0) * DVec2::Y;
+            let [mut a, mut b] = discs.map(|disc| moved(disc, time));
+            (a.position, b.position) = (a.position + first * by, b.position + second * by);
+            if time >= 0.2 {
+                (a.velocity.y, b.velocity.y) = (first, second);
+            }
+            [a, b]
+        };
+        let (findings, collisions) = audited(film(70.0, 40, at), &told(0.9, None));
+        for violation in &findings.violations {
+            assert!(violation.severity < 10.0, "{violation:?}");
+        }
+        assert!(collisions.iter().all(|each| each.momentum <= 2.0), "{collisions:?}");
+        assert!(first == second || !findings.violations.is_empty(), "{first} {second}");
+    }
+}
+
+#[test]
 fn discs_that_exchange_momentum_out_of_reach_are_a_phantom() {
     let discs =
         [disc(1, [-0.5, 0.0], [1.0, 0.0], 0.1, 1.0), disc(2, [0.5, 0.05], [-1.0, 0.0], 0.1, 2.0)];
