@@ -195,16 +195,7 @@ fn odometry_of_robots_that_turn_is_read_in_their_own_frames() {
         for (id, topic) in ids.iter().zip(&topics) {
             let disc = frame.discs.iter().find(|disc| disc.id == *id).expect("there");
             let heading = 1.0 + 3.0 * 1e-9 * frame.time_ns as f64;
-            let own = DVec2::from_angle(-heading).rotate(disc.velocity);
-            let mut odometry = Odometry::default();
-            odometry.header.stamp = stamp(frame.time_ns);
-            odometry.pose.pose.position.x = disc.position.x;
-            odometry.pose.pose.position.y = disc.position.y;
-            odometry.pose.pose.orientation.z = (0.5 * heading).sin();
-            odometry.pose.pose.orientation.w = (0.5 * heading).cos();
-            odometry.twist.twist.linear.x = own.x;
-            odometry.twist.twist.linear.y = own.y;
-            let payload = decode::payload(&odometry).expect("a message");
+            let payload = odometry(disc, frame.time_ns, heading);
             let log = frame.time_ns as u64;
             bag.write(*topic, log, log, &payload).expect("room");
         }
@@ -228,6 +219,65 @@ fn odometry_of_robots_that_turn_is_read_in_their_own_frames() {
         let (told, _) = json(&path, &more);
         assert_eq!(told["crashes"].as_array().map(Vec::len), Some(count), "{told}");
     }
+}
+
+/// Ten robots that are sampled exactly, each at stamps of its own: robot k later by k times the lag.
+#[test]
+fn robots_that_are_stamped_one_by_one_collide_as_they_did() {
+    let folder = folder("lags");
+    for (at, lag_ns) in [20_000, 100_000, 300_000, 700_000].into_iter().enumerate() {
+        let discs = common::gas(91, 10, 3.0, (0.08, 0.12), (0.5, 2.0));
+        let settings = common::box_settings(3.0, 1.0);
+        let plan = carom::plan::Plan::of(&settings, &discs);
+        let mut arena = carom::motion::arena::Arena::new(&plan, plan.laws(&settings), &discs);
+        let path = folder.join(at.to_string());
+        let mut bag = BagWriter::create(&path, Options::default(), Vec::new()).expect("new");
+        let qos = Qos::default().to_yaml();
+        let topic = |disc: &Disc, bag: &mut BagWriter| {
+            let name = format!("/r{}/odom", disc.id);
+            bag.topic(&name, "nav_msgs/msg/Odometry", &qos).expect("known")
+        };
+        let topics: Vec<usize> = discs.iter().map(|disc| topic(disc, &mut bag)).collect();
+        for round in 1..600_i64 {
+            for (k, topic) in (0..).zip(&topics) {
+                let time_ns = round * 16_666_667 + lag_ns * k;
+                while arena.now() < 1e-9 * time_ns as f64 {
+                    arena.advance(1e-9 * time_ns as f64, &mut Vec::new()).expect("no stall");
+                }
+                let id = discs[k as usize].id;
+                let disc = arena.discs(Owner::Simulated).find(|disc| disc.id == id).expect("there");
+                let log = time_ns as u64;
+                bag.write(*topic, log, log, &odometry(&disc, time_ns, 0.0)).expect("room");
+            }
+        }
+        bag.finish().expect("room");
+        let robots: Vec<String> = discs
+            .iter()
+            .flat_map(|disc| {
+                ["--robot".to_owned(), format!("r{}={},{}", disc.id, disc.radius, disc.mass)]
+            })
+            .collect();
+        let robots: Vec<&str> = robots.iter().map(String::as_str).collect();
+        let (told, code) = json(&path, &robots);
+        let seen = told["counts"]["alone"].as_u64().expect("a count");
+        assert_eq!((told["violations"].as_u64(), code), (Some(0), Some(0)), "{lag_ns}: {told}");
+        assert!(seen > 30, "{lag_ns}: {seen}");
+        assert!(told["notes"].to_string().contains("to a common stamp"), "{told}");
+    }
+}
+
+/// A disc as the odometry of a robot that looks in this direction, rad.
+fn odometry(disc: &Disc, time_ns: i64, heading: f64) -> Vec<u8> {
+    let own = DVec2::from_angle(-heading).rotate(disc.velocity);
+    let mut odometry = Odometry::default();
+    odometry.header.stamp = stamp(time_ns);
+    odometry.pose.pose.position.x = disc.position.x;
+    odometry.pose.pose.position.y = disc.position.y;
+    odometry.pose.pose.orientation.z = (0.5 * heading).sin();
+    odometry.pose.pose.orientation.w = (0.5 * heading).cos();
+    odometry.twist.twist.linear.x = own.x;
+    odometry.twist.twist.linear.y = own.y;
+    decode::payload(&odometry).expect("a message")
 }
 
 #[test]

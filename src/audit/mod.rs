@@ -27,6 +27,9 @@ mod judge;
 
 mod overlaps;
 
+#[cfg(feature = "bags")]
+mod rounds;
+
 mod run;
 
 mod sequel;

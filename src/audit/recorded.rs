@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec2;
 
+use super::rounds::Rounds;
 use super::{Bounds, Frame, Options};
 use crate::bag::decode;
 use crate::bag::journal::{Asked, Entry, NOTE};
@@ -28,9 +29,6 @@ const LOOKED_AT: usize = 300;
 
 /// Faults that are said one by one.
 const SAID: usize = 20;
-
-/// Stamps of robots so close are the same, ns.
-const SAME_STAMP_NS: i64 = 1_000;
 
 /// A robot whose odometry is recorded.
 #[derive(Clone, Debug, PartialEq)]
@@ -293,10 +291,7 @@ struct Joined<'a> {
     parts: Frame,
     have: Vec<bool>,
     incomplete: u64,
-    /// The last of each robot, and whether it is newer than the last frame.
-    robots: BTreeMap<DiscId, (i64, Disc, bool)>,
-    moved: u64,
-    moved_ns: i64,
+    rounds: Rounds,
 }
 
 impl<'a> Joined<'a> {
@@ -307,9 +302,7 @@ impl<'a> Joined<'a> {
             parts: Frame::default(),
             have: Vec::new(),
             incomplete: 0,
-            robots: BTreeMap::new(),
-            moved: 0,
-            moved_ns: 0,
+            rounds: Rounds::new(chosen.robots.len()),
         }
     }
 
@@ -364,7 +357,6 @@ impl<'a> Joined<'a> {
         Ok(())
     }
 
-    /// A frame is ready when all robots that were heard of have said something new.
     fn add_robot(&mut self, id: DiscId, message: &Message) -> Result<(), String> {
         let odometry: Odometry = decode::message(&message.payload).map_err(|e| e.to_string())?;
         let standing = receive::standing(&odometry).map_err(|defect| defect.to_string())?;
@@ -372,37 +364,8 @@ impl<'a> Joined<'a> {
         let Robot { radius, mass, .. } = self.chosen.robots[id as usize];
         let (position, velocity) = (standing.position, standing.velocity);
         let disc = Disc { id, position, velocity, radius, mass };
-        if self.robots.get(&id).is_some_and(|(.., new)| *new) {
-            // Somebody else is silent: the frame is of those who spoke.
-            self.emit();
-        }
-        self.robots.insert(id, (time_ns, disc, true));
-        let all = self.robots.len() == self.chosen.robots.len();
-        if all && self.robots.values().all(|(.., new)| *new) {
-            self.emit();
-        }
+        self.ready.extend(self.rounds.hear(time_ns, disc));
         Ok(())
-    }
-
-    /// The robots that spoke, moved to the latest of their stamps.
-    fn emit(&mut self) {
-        let spoke = || self.robots.values().filter(|(.., new)| *new);
-        let Some(time_ns) = spoke().map(|(time_ns, ..)| *time_ns).max() else { return };
-        let (mut moved, mut longest) = (0, 0);
-        let to = |(own_ns, disc, _): &(i64, Disc, bool)| {
-            let by = time_ns - own_ns;
-            if by <= SAME_STAMP_NS {
-                return *disc;
-            }
-            moved += 1;
-            longest = longest.max(by);
-            Disc { position: disc.position + disc.velocity * (1e-9 * by as f64), ..*disc }
-        };
-        let discs = spoke().map(to).collect();
-        self.moved += moved;
-        self.moved_ns = self.moved_ns.max(longest);
-        self.robots.values_mut().for_each(|(.., new)| *new = false);
-        self.ready.push(Frame { time_ns, discs });
     }
 
     fn end(&mut self) -> Vec<Frame> {
@@ -410,7 +373,7 @@ impl<'a> Joined<'a> {
             self.incomplete += 1;
             self.ready.push(std::mem::take(&mut self.parts));
         }
-        self.emit();
+        self.ready.extend(self.rounds.end());
         std::mem::take(&mut self.ready)
     }
 
@@ -422,12 +385,12 @@ impl<'a> Joined<'a> {
         if self.incomplete > 0 {
             said.push(format!("{} stamps lack parts: their discs are missing", self.incomplete));
         }
-        if self.moved > 0 {
+        let Rounds { moved, moved_ns, .. } = self.rounds;
+        if moved > 0 {
             said.push(format!(
-                "{} states of robots were moved along their velocity to a common stamp, by up to \
+                "{moved} states of robots were moved along their flight to a common stamp, by up to \
                  {:.3} ms",
-                self.moved,
-                1e-6 * self.moved_ns as f64
+                1e-6 * moved_ns as f64
             ));
         }
         for (robot, id) in self.chosen.robots.iter().zip(0..) {
