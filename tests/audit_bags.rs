@@ -11,6 +11,9 @@ mod common;
 #[allow(dead_code, reason = "other tests use the rest")]
 mod recordings;
 
+#[path = "audit/exact.rs"]
+mod exact;
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};

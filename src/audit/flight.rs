@@ -37,7 +37,7 @@ pub(super) enum Course {
 pub(super) struct Flight {
     /// At the earlier sample.
     pub before: Disc,
-    /// At the later one; velocity scaled back by what drag took.
+    /// At the later one, at the image nearest to that; velocity scaled back by what drag took.
     pub after: Disc,
     /// Change of the velocity beyond free motion, m/s.
     pub change: DVec2,
@@ -99,7 +99,8 @@ pub(super) struct Means<'a> {
 impl Means<'_> {
     /// The flight of a disc.
     pub fn flight(&self, before: &Disc, after: &Disc, span: &Span) -> Flight {
-        let after = Disc { velocity: after.velocity * span.scale, ..*after };
+        let position = after.position + self.law.shift(before.position, after.position);
+        let after = Disc { position, velocity: after.velocity * span.scale, ..*after };
         let mut flight = Flight {
             before: *before,
             after,

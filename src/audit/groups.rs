@@ -8,8 +8,11 @@
 
 use glam::DVec2;
 
+use super::chains::Chains;
 use super::flight::{Course, Flight, Means, Span};
+use super::images;
 use super::judge::JUDGED;
+use super::law::Law;
 use super::noise::Sigma;
 use crate::detect::impact::pair_impact;
 use crate::detect::{self, Pair, TooManyPairs};
@@ -20,7 +23,7 @@ use crate::world::Disc;
 const GRID_FROM: usize = 24;
 
 /// Part of the smaller radius within which two discs count as touching where they bend.
-const NEAR: f64 = 1e-3;
+pub(super) const NEAR: f64 = 1e-3;
 
 /// Two straight flights that cross, or two discs that overlap.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,13 +62,13 @@ pub(super) fn find(
     means: &Means,
     tolerance: f64,
 ) -> Result<Groups, TooManyPairs> {
-    let near = near_pairs(flights, span, means.fastest)?;
+    let near = near_pairs(flights, span, means)?;
     let mut sets = Sets::new(flights.len());
     let mut found = Groups::default();
     let mut bound = vec![false; flights.len()];
-    let (mut later, mut last) = (Vec::new(), Vec::new());
+    let (mut later, mut last, mut resting) = (Vec::new(), Vec::new(), Vec::new());
     for &(i, j) in &near {
-        let pair = Couple::new(&flights[i], &flights[j], span.length);
+        let pair = Couple::new(&flights[i], &flights[j], span.length, means.law);
         if let Some(depth) = pair.overlap_after(tolerance) {
             found.overlaps.push(((i, j), depth));
         }
@@ -73,7 +76,10 @@ pub(super) fn find(
             continue;
         }
         match (flights[i].is_disturbed(), flights[j].is_disturbed()) {
-            (false, false) => found.crossings.extend(pair.crossing((i, j), tolerance)),
+            (false, false) => {
+                found.crossings.extend(pair.crossing((i, j), tolerance));
+                resting.extend(pair.rests_in_touch().then_some((i, j)));
+            }
             (true, true) if !pair.has(Course::Tangled) && pair.is_linked() => {
                 sets.join(i, j);
                 (bound[i], bound[j]) = (true, true);
@@ -84,26 +90,28 @@ pub(super) fn find(
     }
     let mut loosely = bound.clone();
     for (i, j) in later {
-        let pair = Couple::new(&flights[i], &flights[j], span.length);
+        let pair = Couple::new(&flights[i], &flights[j], span.length, means.law);
         if pair.is_linked_loosely([bound[i], bound[j]]) {
             sets.join(i, j);
             (loosely[i], loosely[j]) = (true, true);
         }
     }
     // Whoever is undisturbed met nobody, unless nobody else explains what became of the other.
-    for (i, j) in last {
-        let pair = Couple::new(&flights[i], &flights[j], span.length);
+    for &(i, j) in &last {
+        let pair = Couple::new(&flights[i], &flights[j], span.length, means.law);
         if pair.is_linked_to_quiet(loosely[i] || loosely[j]) {
             sets.join(i, j);
         }
     }
+    let (law, length) = (means.law, span.length);
+    Chains { flights, law, length, resting: &resting, mixed: &last }.join(&mut sets);
     found.near = near;
     found.groups = sets.groups(|k| flights[k].is_disturbed());
     Ok(found)
 }
 
-/// Pairs whose swept circles meet.
-fn near_pairs(flights: &[Flight], span: &Span, fastest: f64) -> Result<Vec<Pair>, TooManyPairs> {
+/// Pairs whose swept circles meet, and of which one can change.
+fn near_pairs(flights: &[Flight], span: &Span, means: &Means) -> Result<Vec<Pair>, TooManyPairs> {
     let sweep = |flight: &Flight| {
         let Flight { before, after, sigma, course, .. } = flight;
         if *course == Course::Jumped {
@@ -112,7 +120,7 @@ fn near_pairs(flights: &[Flight], span: &Span, fastest: f64) -> Result<Vec<Pair>
         let own = before.velocity.length().max(after.velocity.length());
         let speed = match course {
             // Between two contacts it may have been faster than before and after.
-            Course::Tangled => fastest,
+            Course::Tangled => means.fastest,
             // Some engines answer a contact that would come later.
             Course::Bent(_) => 2.0 * own,
             _ => own,
@@ -124,19 +132,28 @@ fn near_pairs(flights: &[Flight], span: &Span, fastest: f64) -> Result<Vec<Pair>
     let swept: Vec<Disc> = flights.iter().map(sweep).collect();
     let few = swept.len() < GRID_FROM;
     let broad_phase = if few { BroadPhase::AllPairs } else { BroadPhase::Grid };
-    detect::touching_pairs(&swept, 0.0, broad_phase)
+    let mut pairs = match &means.law.periodic {
+        Some(periodic) => images::touching_pairs(&swept, periodic, broad_phase)?,
+        None => detect::touching_pairs(&swept, 0.0, broad_phase)?,
+    };
+    // Two fixed discs pass through each other.
+    let is_fixed = |k: usize| flights[k].before.mass.is_infinite();
+    pairs.retain(|&(i, j)| !is_fixed(i) || !is_fixed(j));
+    Ok(pairs)
 }
 
 /// Two flights.
-struct Couple<'a> {
-    a: &'a Flight,
-    b: &'a Flight,
+pub(super) struct Couple<'a> {
+    pub a: &'a Flight,
+    pub b: &'a Flight,
     length: f64,
+    /// From the second disc to its image nearest to the first, m.
+    shift: DVec2,
 }
 
 impl<'a> Couple<'a> {
-    fn new(a: &'a Flight, b: &'a Flight, length: f64) -> Self {
-        Self { a, b, length }
+    pub fn new(a: &'a Flight, b: &'a Flight, length: f64, law: &Law) -> Self {
+        Self { a, b, length, shift: law.shift_of(a, b) }
     }
 
     fn has(&self, course: Course) -> bool {
@@ -147,7 +164,7 @@ impl<'a> Couple<'a> {
         self.a.fall(means.law) != self.b.fall(means.law)
     }
 
-    fn reach(&self) -> f64 {
+    pub fn reach(&self) -> f64 {
         self.a.before.radius + self.b.before.radius
     }
 
@@ -164,15 +181,20 @@ impl<'a> Couple<'a> {
 
     /// Overlap at the later sample, if it is one.
     fn overlap_after(&self, tolerance: f64) -> Option<f64> {
-        let depth = self.reach() - self.a.after.position.distance(self.b.after.position);
+        let depth = self.reach() - self.late().length();
         let allowed = (JUDGED * self.sigma().position).max(tolerance * self.smaller_radius());
         (depth > allowed).then_some(depth)
     }
 
     /// Relative position at an instant, from the earlier sample, or from the later one.
-    fn early(&self, instant: f64) -> DVec2 {
+    pub fn early(&self, instant: f64) -> DVec2 {
         let (a, b) = (&self.a.before, &self.b.before);
-        b.position - a.position + (b.velocity - a.velocity) * instant
+        b.position - a.position + self.shift + (b.velocity - a.velocity) * instant
+    }
+
+    /// Relative position at the later sample.
+    fn late(&self) -> DVec2 {
+        self.b.after.position - self.a.after.position + self.shift
     }
 
     /// Place of one disc in the frame that falls with all.
@@ -189,8 +211,8 @@ impl<'a> Couple<'a> {
         }
     }
 
-    fn apart(&self, instant: f64) -> DVec2 {
-        self.place(self.b, instant) - self.place(self.a, instant)
+    pub fn apart(&self, instant: f64) -> DVec2 {
+        self.place(self.b, instant) - self.place(self.a, instant) + self.shift
     }
 
     /// Least distance of the surfaces of two known paths, m.
@@ -214,7 +236,7 @@ impl<'a> Couple<'a> {
         JUDGED * flight.sigma.of_rest(self.length) / size + 1e-6 * self.length
     }
 
-    fn is_at_once(&self) -> bool {
+    pub fn is_at_once(&self) -> bool {
         match (self.a.course, self.b.course) {
             (Course::Bent(a), Course::Bent(b)) => {
                 (a - b).abs() <= self.blur(self.a) + self.blur(self.b)
@@ -224,7 +246,7 @@ impl<'a> Couple<'a> {
     }
 
     /// How far two surfaces may be apart and yet touch, m.
-    fn nearness(&self) -> f64 {
+    pub fn nearness(&self) -> f64 {
         JUDGED * self.sigma().of_rest(self.length) + NEAR * self.smaller_radius()
     }
 
@@ -268,10 +290,23 @@ impl<'a> Couple<'a> {
     }
 
     /// Whether the earlier velocities lead to contact in time.
-    fn meets_ahead(&self) -> bool {
+    pub fn meets_ahead(&self) -> bool {
         let w = self.b.before.velocity - self.a.before.velocity;
         let time = pair_impact(self.early(0.0), w, self.reach());
         time.is_some_and(|time| time <= self.length)
+    }
+
+    /// Whether the later velocities come from a contact in time.
+    pub fn met_behind(&self) -> bool {
+        let w = self.a.after.velocity - self.b.after.velocity;
+        let time = pair_impact(self.late(), w, self.reach());
+        time.is_some_and(|time| time <= self.length)
+    }
+
+    /// Whether a relative speed is none, m/s.
+    pub fn is_still(&self, speed: f64) -> bool {
+        speed * self.length <= NEAR * self.smaller_radius()
+            || speed <= JUDGED * self.sigma().velocity
     }
 
     /// Two undisturbed discs that run into each other, not only by a hair.
@@ -297,14 +332,14 @@ fn closest(p: DVec2, way: DVec2) -> DVec2 {
 }
 
 /// Sets that are joined.
-struct Sets(Vec<usize>);
+pub(super) struct Sets(Vec<usize>);
 
 impl Sets {
-    fn new(count: usize) -> Self {
+    pub fn new(count: usize) -> Self {
         Self((0..count).collect())
     }
 
-    fn root(&mut self, mut k: usize) -> usize {
+    pub fn root(&mut self, mut k: usize) -> usize {
         while self.0[k] != k {
             self.0[k] = self.0[self.0[k]];
             k = self.0[k];
@@ -312,7 +347,7 @@ impl Sets {
         k
     }
 
-    fn join(&mut self, i: usize, j: usize) {
+    pub fn join(&mut self, i: usize, j: usize) {
         let (i, j) = (self.root(i), self.root(j));
         self.0[i.max(j)] = i.min(j);
     }

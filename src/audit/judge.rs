@@ -12,6 +12,7 @@ use glam::DVec2;
 
 use super::findings::{Kind, Kinds};
 use super::flight::Flight;
+use super::law::Law;
 use super::noise::Sigma;
 use crate::detect::impact::pair_impact;
 use crate::resolve::pair::MassFractions;
@@ -32,6 +33,8 @@ pub(super) struct Encounter<'a> {
     pub b: &'a Flight,
     /// Time between the samples, s.
     pub length: f64,
+    /// From the second disc to its image nearest to the first, m.
+    pub shift: DVec2,
 }
 
 /// What can be said of a collision without a law.
@@ -67,16 +70,21 @@ pub(super) struct Seen {
     pub gaps: [f64; 2],
 }
 
-impl Encounter<'_> {
+impl<'a> Encounter<'a> {
+    /// Two discs at two samples, so many seconds apart.
+    pub fn new(a: &'a Flight, b: &'a Flight, length: f64, law: &Law) -> Self {
+        Self { a, b, length, shift: law.shift_of(a, b) }
+    }
+
     fn reach(&self) -> f64 {
         self.a.before.radius + self.b.before.radius
     }
 
     /// Relative position and velocity before, and after.
     fn relative(&self) -> [(DVec2, DVec2); 2] {
-        let Self { a, b, .. } = self;
+        let Self { a, b, shift, .. } = self;
         [(&a.before, &b.before), (&a.after, &b.after)]
-            .map(|(a, b)| (b.position - a.position, b.velocity - a.velocity))
+            .map(|(a, b)| (b.position - a.position + shift, b.velocity - a.velocity))
     }
 
     /// The deviations of relative position and velocity.
@@ -196,7 +204,10 @@ impl Encounter<'_> {
         let jump = (1.0 + restitution) * seen.approach.max(0.0) * seen.normal;
         let off_a = self.a.change + shares.a.hi * jump;
         let off_b = self.b.change - shares.b.hi * jump;
-        off_a.length().max(off_b.length()) / seen.w[0].length().max(f64::MIN_POSITIVE)
+        // Of two that were at rest to each other, what they got is all there is to compare with.
+        let got = 0.5 * self.a.change.length().max(self.b.change.length());
+        let scale = seen.w[0].length().max(got).max(f64::MIN_POSITIVE);
+        off_a.length().max(off_b.length()) / scale
     }
 
     /// What is wrong with it, the first the name that fits best, and how much of the relative

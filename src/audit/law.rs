@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::noise::median;
 use super::{Frame, Options};
-use crate::world::{Disc, Side, Walls};
+use crate::world::{Disc, Periodic, Side, Walls};
 
 /// Contacts from which a restitution is estimated, at least.
 const CONTACTS_MIN: usize = 3;
@@ -42,6 +42,8 @@ pub struct Law {
     pub walls_source: Source,
     /// How far an estimated wall may be off, m.
     pub walls_sigma: f64,
+    /// The box that repeats around, if it does: then there are no walls.
+    pub periodic: Option<Periodic>,
     /// The same acceleration of all discs of finite mass, m/s^2.
     pub gravity: DVec2,
     /// The same linear drag of all discs, 1/s.
@@ -64,6 +66,8 @@ impl Law {
     pub(super) fn told(options: &Options) -> Self {
         let source = |told: bool| if told { Source::Told } else { Source::Unknown };
         let motion = options.gravity.is_some() || options.drag.is_some();
+        let around = options.walls.is_some() || options.periodic.is_some();
+        let walls_are_told = around || options.no_walls;
         Self {
             restitution: options.restitution,
             restitution_source: source(options.restitution.is_some()),
@@ -72,8 +76,9 @@ impl Law {
                 max: told.max,
                 restitution: told.restitution.or(options.restitution).unwrap_or(1.0),
             }),
-            walls_source: source(options.walls.is_some() || options.no_walls),
+            walls_source: source(walls_are_told),
             walls_sigma: 0.0,
+            periodic: options.periodic.filter(|_| options.walls.is_none()),
             gravity: options.gravity.unwrap_or(DVec2::ZERO),
             drag: options.drag.unwrap_or(0.0),
             motion_source: source(motion),

@@ -15,9 +15,13 @@
 
 mod alone;
 
+mod chains;
+
 mod flight;
 
 mod groups;
+
+mod images;
 
 mod judge;
 
@@ -54,7 +58,7 @@ use std::collections::{HashMap, HashSet};
 
 use glam::DVec2;
 
-use crate::world::{Disc, DiscId};
+use crate::world::{Disc, DiscId, Periodic};
 use findings::{Collision, Findings};
 use law::Law;
 use noise::Noise;
@@ -76,6 +80,8 @@ pub struct Options {
     pub walls: Option<Bounds>,
     /// Whether it is known that there are no walls.
     pub no_walls: bool,
+    /// The box that repeats around; not with walls.
+    pub periodic: Option<Periodic>,
     /// Acceleration of all discs; `None` = estimated.
     pub gravity: Option<DVec2>,
     /// Linear drag of all discs, 1/s; `None` = estimated.
@@ -115,6 +121,7 @@ impl Default for Options {
             restitution: None,
             walls: None,
             no_walls: false,
+            periodic: None,
             gravity: None,
             drag: None,
             position_noise: None,

@@ -190,22 +190,17 @@ pub fn noted_law(bag: &Bag, options: &mut Options) -> Option<String> {
     let settings = scene.settings;
     options.restitution = options.restitution.or(Some(settings.restitution));
     if options.walls.is_none() && !options.no_walls {
+        options.periodic = settings.periodic;
         options.walls = settings.walls.map(|walls| Bounds {
             min: walls.min,
             max: walls.max,
             restitution: Some(walls.restitution),
         });
-        options.no_walls = settings.walls.is_none() && settings.periodic.is_none();
+        options.no_walls = settings.walls.is_none();
     }
     options.gravity = options.gravity.or(Some(settings.gravity.unwrap_or(DVec2::ZERO)));
     options.drag = options.drag.or(Some(settings.drag));
-    let periodic = settings.periodic.is_some();
-    Some(if periodic {
-        "law from the scene in the bag; contacts across the border of its periodic box are not seen"
-            .to_owned()
-    } else {
-        "law from the scene in the bag".to_owned()
-    })
+    Some("law from the scene in the bag".to_owned())
 }
 
 /// Reads all frames; `tell` is told the part of the bag that is read. What was left out.

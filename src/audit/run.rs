@@ -122,6 +122,12 @@ impl Run {
             }
             return false;
         }
+        let law = &self.findings.law;
+        let length = Span::new(to - from, law.drag).length;
+        if !law.shows_nearest(frame, fastest(last, frame), length) {
+            self.findings.counts.far += 1;
+            return false;
+        }
         let usual = self.findings.usual_step;
         if to - from > GAP * usual && usual > 0.0 {
             let missing = ((to - from) / usual).round() as u64 - 1;
@@ -181,7 +187,9 @@ impl Run {
         for &((i, j), depth) in &found.overlaps {
             let (a, b) = (&court.flights[i], &court.flights[j]);
             let new = !self.overlaps.is_open(a.before.id, b.before.id);
-            self.overlaps.see((&a.after, &b.after), depth, time);
+            let shift = court.law.shift(a.after.position, b.after.position);
+            let beside = Disc { position: b.after.position + shift, ..b.after };
+            self.overlaps.see((&a.after, &beside), depth, time);
             if new && let Some(entered) = entered(court, (i, j)) {
                 let at = court.time + court.span.seconds_at(entered.instant, court.law.drag);
                 self.overlaps.enter(a.before.id, b.before.id, &entered, at);
@@ -329,7 +337,9 @@ impl Run {
         let parts = held.map_or(1, |held| held.parts + 1);
         let near = 1e-2 * a.before.radius.min(b.before.radius);
         let reach = a.before.radius + b.before.radius;
-        let touches = a.after.position.distance(b.after.position) - reach <= near;
+        let apart = b.after.position - a.after.position;
+        let apart = apart + court.law.shift(a.after.position, b.after.position);
+        let touches = apart.length() - reach <= near;
         if !collision.kinds.is_empty() && touches && parts < PARTS_MAX {
             self.held.insert(key, Held { discs, began, ended, parts, collision });
         } else {
@@ -370,7 +380,7 @@ impl Run {
             while let Some((i, j)) = phantom(court, &free) {
                 free.retain(|&k| k != i && k != j);
                 let (a, b) = (&court.flights[i], &court.flights[j]);
-                let encounter = Encounter { a, b, length: court.span.length };
+                let encounter = Encounter::new(a, b, court.span.length, court.law);
                 let seen = encounter.look(court.tolerance);
                 let (mut kinds, wrong) =
                     encounter.judge(&seen, court.law.restitution, court.tolerance);
@@ -410,7 +420,7 @@ fn has_neighbour(court: &Court, free: &[usize], k: usize) -> bool {
             |flight: &Flight| flight.before.velocity.length().max(flight.after.velocity.length());
         let way = 2.0 * (speed(a) + speed(b)) * court.span.length;
         let reach = a.before.radius + b.before.radius;
-        a.before.position.distance(b.before.position) <= reach + way
+        court.law.apart(a, b).length() <= reach + way
     })
 }
 
@@ -421,7 +431,8 @@ fn whole(court: &Court, (a, b): (&Flight, &Flight), discs: [Disc; 2], began: f64
     let join = |before: Disc, flight: &Flight| {
         // Later velocities are those of the last sample, scaled back to the first.
         let velocity = flight.after.velocity / court.span.scale * span.scale;
-        let after = Disc { velocity, ..flight.after };
+        let shift = court.law.shift(before.position, flight.after.position);
+        let after = Disc { position: flight.after.position + shift, velocity, ..flight.after };
         let fall = flight.fall(court.law);
         let change = velocity - before.velocity - fall * span.length;
         let straight = before.position + (before.velocity + 0.5 * fall * span.length) * span.length;
@@ -430,7 +441,7 @@ fn whole(court: &Court, (a, b): (&Flight, &Flight), discs: [Disc; 2], began: f64
         Flight { before, after, change, rest: after.position - straight, sigma, ..*flight }
     };
     let (a, b) = (join(discs[0], a), join(discs[1], b));
-    let encounter = Encounter { a: &a, b: &b, length: span.length };
+    let encounter = Encounter::new(&a, &b, span.length, court.law);
     let seen = encounter.look(court.tolerance);
     let (kinds, wrong) = encounter.judge(&seen, court.law.restitution, court.tolerance);
     let court = Court { span: &span, time: began, ..*court };
@@ -440,7 +451,7 @@ fn whole(court: &Court, (a, b): (&Flight, &Flight), discs: [Disc; 2], began: f64
 /// How a pair ran into each other, if it was apart at the earlier sample and nobody jumped.
 fn entered(court: &Court, (i, j): (usize, usize)) -> Option<Crossing> {
     let (a, b) = (&court.flights[i], &court.flights[j]);
-    let d = b.before.position - a.before.position;
+    let d = court.law.apart(a, b);
     let reach = a.before.radius + b.before.radius;
     let near = 1e-3 * a.before.radius.min(b.before.radius);
     if [a, b].into_iter().any(|f| f.course == Course::Jumped) || d.length() < reach - near {
@@ -483,7 +494,7 @@ fn phantom(court: &Court, free: &[usize]) -> Option<(usize, usize)> {
                 JUDGED * flight.sigma.of_rest(court.span.length) / flight.change.length()
             };
             let at_once = (at - bt).abs() <= blur(a) + blur(b) + 1e-6 * court.span.length;
-            let d = b.before.position - a.before.position;
+            let d = court.law.apart(a, b);
             let approach = (b.before.velocity - a.before.velocity).dot(d) < 0.0;
             if gained <= allowed && allowed < 0.1 * moved && at_once && approach {
                 return Some((i, j));

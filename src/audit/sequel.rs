@@ -12,11 +12,11 @@ use super::noise::Sigma;
 use crate::detect::falling::falling_wall_impact;
 use crate::detect::impact::{pair_impact, wall_impact};
 use crate::resolve::pair::{MassFractions, collide};
-use crate::resolve::touching::resolve;
-use crate::world::{Disc, Partner, Walls};
+use crate::resolve::touching::resolve_in;
+use crate::world::{Disc, Partner, Periodic, Walls};
 
 /// Discs of a group that is still followed.
-pub(super) const DISCS_MAX: usize = 48;
+pub(super) const DISCS_MAX: usize = 64;
 
 /// Contacts of a group that is still followed.
 const CONTACTS_MAX: usize = 200;
@@ -30,6 +30,8 @@ pub(super) struct Rules<'a> {
     pub restitution: f64,
     pub walls: Option<&'a Walls>,
     pub wall_restitution: f64,
+    /// The box that repeats.
+    pub periodic: Option<&'a Periodic>,
     /// How far a wall may be off, m.
     pub walls_sigma: f64,
     /// Acceleration of discs of finite mass, m/s^2.
@@ -38,6 +40,15 @@ pub(super) struct Rules<'a> {
     pub blind: Option<(usize, usize)>,
     /// Ends just before this contact.
     pub until_contact: usize,
+}
+
+impl Rules<'_> {
+    /// A disc at its image nearest to another.
+    fn image(&self, of: &Disc, disc: &Disc) -> Disc {
+        let shift = |periodic: &Periodic| periodic.shift(disc.position - of.position);
+        let by = self.periodic.map_or(DVec2::ZERO, shift);
+        Disc { position: disc.position + by, ..*disc }
+    }
 }
 
 /// A contact on the way.
@@ -123,7 +134,7 @@ impl Sequel {
                 if rules.blind == Some((i, j)) || self.settled.contains(&(i, j)) {
                     continue;
                 }
-                let (d, w) = (b.position - a.position, b.velocity - a.velocity);
+                let (d, w) = (rules.image(a, b).position - a.position, b.velocity - a.velocity);
                 let time = pair_impact(d, w, a.radius + b.radius);
                 time.into_iter().for_each(|time| add(time, Next::Pair(i, j)));
             }
@@ -154,18 +165,20 @@ impl Sequel {
     fn contact(&mut self, at_once: &[Next], rules: &Rules) {
         let pairs: Vec<(usize, usize)> = at_once.iter().filter_map(|next| pair(*next)).collect();
         if pairs.len() > 1 && rules.restitution <= 1.0 {
-            self.together(&pairs, rules.restitution);
+            self.together(&pairs, rules);
             return;
         }
         match at_once.first() {
-            Some(&Next::Pair(i, j)) => self.meet(i, j, rules.restitution),
+            Some(&Next::Pair(i, j)) => self.meet(i, j, rules),
             Some(&Next::Wall(i, side)) => self.bounce(i, side.normal(), rules),
             None => {}
         }
     }
 
-    fn meet(&mut self, i: usize, j: usize, restitution: f64) {
-        let (a, b) = (self.discs[i], self.discs[j]);
+    fn meet(&mut self, i: usize, j: usize, rules: &Rules) {
+        let restitution = rules.restitution;
+        let a = self.discs[i];
+        let b = rules.image(&a, &self.discs[j]);
         let energy = a.kinetic_energy() + b.kinetic_energy();
         let Some(impact) = collide(&a, &b, restitution) else {
             self.settled.push((i, j));
@@ -187,9 +200,10 @@ impl Sequel {
         });
     }
 
-    fn together(&mut self, pairs: &[(usize, usize)], restitution: f64) {
+    fn together(&mut self, pairs: &[(usize, usize)], rules: &Rules) {
+        let restitution = rules.restitution;
         let before = self.discs.clone();
-        let resolved = resolve(&mut self.discs, pairs, restitution, self.now);
+        let resolved = resolve_in(&mut self.discs, pairs, restitution, self.now, rules.periodic);
         let place = |id| before.iter().position(|disc| disc.id == id);
         if resolved.contacts.is_empty() {
             self.settled.extend(pairs);

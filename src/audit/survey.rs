@@ -23,6 +23,9 @@ pub(super) fn survey(frames: &[Frame], law: &Law, noise: &Noise, tolerance: f64)
     for (before, after, seconds) in super::steps(frames) {
         let span = Span::new(seconds, law.drag);
         let means = Means { law, noise, fastest: run::fastest(before, after) };
+        if !law.shows_nearest(before, means.fastest, span.length) {
+            continue;
+        }
         let flights: Vec<Flight> = super::alike(before, after)
             .map(|(before, after)| means.flight(before, after, &span))
             .collect();
@@ -30,7 +33,9 @@ pub(super) fn survey(frames: &[Frame], law: &Law, noise: &Noise, tolerance: f64)
         for group in &found.groups {
             match *group.as_slice() {
                 [k] => turns.extend(turn(&flights[k], law, span.length)),
-                [i, j] => contacts.extend(contact(&flights[i], &flights[j], &span, tolerance)),
+                [i, j] => {
+                    contacts.extend(contact((&flights[i], &flights[j]), law, &span, tolerance))
+                }
                 _ => {}
             }
         }
@@ -39,12 +44,17 @@ pub(super) fn survey(frames: &[Frame], law: &Law, noise: &Noise, tolerance: f64)
 }
 
 /// The restitution of two discs, if nothing but that could be wrong with their contact.
-fn contact(a: &Flight, b: &Flight, span: &Span, tolerance: f64) -> Option<(f64, f64)> {
+fn contact(
+    (a, b): (&Flight, &Flight),
+    law: &Law,
+    span: &Span,
+    tolerance: f64,
+) -> Option<(f64, f64)> {
     let bent = |flight: &Flight| matches!(flight.course, Course::Bent(_));
     if !bent(a) || !bent(b) {
         return None;
     }
-    let encounter = Encounter { a, b, length: span.length };
+    let encounter = Encounter::new(a, b, span.length, law);
     let seen = encounter.look(tolerance);
     let (kinds, _) = encounter.judge(&seen, Some(seen.restitution.0), tolerance);
     let (restitution, sigma) = seen.restitution;

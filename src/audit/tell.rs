@@ -2,6 +2,7 @@
 
 use std::io::{self, Write};
 
+use glam::DVec2;
 use serde::Serialize;
 
 use super::findings::{Break, Counts, Crash, Findings, Impulse, Kind, Ledger, Violation, WORST};
@@ -71,8 +72,12 @@ pub fn line(violation: &Violation) -> String {
         who.push("wall".to_owned());
     }
     let who = who.join(", ");
+    let severity = match severity {
+        severity if *severity < 1e4 => format!("{severity:.3}"),
+        severity => format!("{severity:.3e}"),
+    };
     format!(
-        "{time_s:>12.6} s  {:<18} {who}  at ({x:.3}, {y:.3}) m, {:.3} m/s, severity {severity:.3}: \
+        "{time_s:>12.6} s  {:<18} {who}  at ({x:.3}, {y:.3}) m, {:.3} m/s, severity {severity}: \
          {detail}",
         kind.name(),
         violation.approach_speed_mps
@@ -127,10 +132,17 @@ fn of_law(findings: &Findings) -> Vec<(&'static str, String)> {
         (true, _) => format!("gravity ({:.6}, {:.6}) m/s^2", law.gravity.x, law.gravity.y),
         (_, true) => format!("drag {:.6} 1/s", law.drag),
     };
-    let walls = match law.walls {
-        Some(walls) => format!("walls {} ({})", bounds(&walls), source(law.walls_source)),
-        None if law.walls_source == Source::Told => "no walls (told)".to_owned(),
-        None => "walls unknown".to_owned(),
+    let walls = match (law.walls, law.periodic) {
+        (Some(walls), _) => {
+            let Walls { min, max, restitution } = walls;
+            let (bounds, source) = (bounds(min, max), source(law.walls_source));
+            format!("walls {bounds}, restitution {restitution:.6} ({source})")
+        }
+        (None, Some(periodic)) => {
+            format!("periodic box {} (told)", bounds(periodic.min, periodic.max))
+        }
+        (None, None) if law.walls_source == Source::Told => "no walls (told)".to_owned(),
+        (None, None) => "walls unknown".to_owned(),
     };
     let noise = findings.noise;
     let format = if noise.single { "4-byte numbers" } else { "8-byte numbers" };
@@ -149,10 +161,10 @@ fn of_law(findings: &Findings) -> Vec<(&'static str, String)> {
 }
 
 /// A box in words; a wall that nobody reached is `-`.
-fn bounds(walls: &Walls) -> String {
-    let [a, b, c, d] = [walls.min.x, walls.max.x, walls.min.y, walls.max.y]
+fn bounds(min: DVec2, max: DVec2) -> String {
+    let [a, b, c, d] = [min.x, max.x, min.y, max.y]
         .map(|x| if x.abs() < 1e100 { format!("{x:.6}") } else { "-".to_owned() });
-    format!("x {a} to {b}, y {c} to {d} m, restitution {:.6}", walls.restitution)
+    format!("x {a} to {b}, y {c} to {d} m")
 }
 
 fn of_judgement(findings: &Findings) -> Vec<(&'static str, String)> {
@@ -203,6 +215,7 @@ fn left_out(counts: &Counts) -> String {
         (counts.displaced, "small displacements without a cause"),
         (counts.unsound, "states that are no discs"),
         (counts.heaped, "stamps with discs heaped on each other"),
+        (counts.far, "stamps before which discs may have flown far round the periodic box"),
     ];
     let parts = parts.into_iter().filter(|(count, _)| *count > 0);
     let parts: Vec<String> = parts.map(|(count, what)| format!("{count} {what}")).collect();
@@ -243,6 +256,8 @@ struct ToldLaw {
     walls_max_m: Option<[f64; 2]>,
     walls_restitution: Option<f64>,
     walls_source: Source,
+    periodic_min_m: Option<[f64; 2]>,
+    periodic_max_m: Option<[f64; 2]>,
     gravity_mps2: [f64; 2],
     drag_per_s: f64,
     motion_source: Source,
@@ -269,6 +284,8 @@ pub fn json(findings: &Findings, name: &str, out: &mut impl Write) -> io::Result
             walls_max_m: law.walls.map(|walls| walls.max.to_array()),
             walls_restitution: law.walls.map(|walls| walls.restitution),
             walls_source: law.walls_source,
+            periodic_min_m: law.periodic.map(|periodic| periodic.min.to_array()),
+            periodic_max_m: law.periodic.map(|periodic| periodic.max.to_array()),
             gravity_mps2: law.gravity.to_array(),
             drag_per_s: law.drag,
             motion_source: law.motion_source,

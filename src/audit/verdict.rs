@@ -126,9 +126,9 @@ impl Court<'_> {
         let alone = &judged[k].0;
         others.flat_map(|(_, (group, _))| group).any(|&other| {
             alone.iter().any(|&disc| {
-                let (a, b) = (&self.flights[disc].before, &self.flights[other].before);
+                let (a, b) = (&self.flights[disc], &self.flights[other]);
                 let way = 2.0 * self.fastest(&[disc, other]) * self.span.length;
-                a.position.distance(b.position) <= a.radius + b.radius + way
+                self.law.apart(a, b).length() <= a.before.radius + b.before.radius + way
             })
         })
     }
@@ -199,7 +199,7 @@ impl Court<'_> {
     /// Two discs.
     fn pair(&self, i: usize, j: usize) -> Verdict {
         let (a, b) = (&self.flights[i], &self.flights[j]);
-        let encounter = Encounter { a, b, length: self.span.length };
+        let encounter = Encounter::new(a, b, self.span.length, self.law);
         let seen = encounter.look(self.tolerance);
         let (kinds, wrong) = encounter.judge(&seen, self.law.restitution, self.tolerance);
         let tangled = [a, b].into_iter().any(|flight| flight.course == Course::Tangled);
@@ -249,6 +249,10 @@ impl Court<'_> {
         let law = self.law.restitution.unwrap_or(f64::NAN);
         let place = self.place(a, seen.instant) + seen.normal * a.before.radius;
         let squared = 0.5 * seen.reduced_mass * seen.approach * seen.approach;
+        let moved = |Flight { before, change, .. }: &Flight| {
+            if before.mass.is_finite() { before.mass * change.length() } else { 0.0 }
+        };
+        let exchanged = seen.impulse.max(moved(a)).max(moved(b));
         Collision {
             time: self.time + self.span.seconds_at(seen.instant, self.law.drag),
             a: a.before.id,
@@ -258,7 +262,7 @@ impl Court<'_> {
             before: [a.before.velocity, b.before.velocity],
             approach: seen.approach,
             gap: seen.gap.0,
-            momentum: seen.momentum.0 / seen.impulse.max(f64::MIN_POSITIVE),
+            momentum: seen.momentum.0 / exchanged.max(f64::MIN_POSITIVE),
             energy: seen.energy,
             energy_law: (law * law - 1.0) * squared,
             restitution: seen.restitution,
@@ -287,6 +291,7 @@ impl Court<'_> {
             walls,
             wall_restitution: walls.map_or(1.0, |walls| walls.restitution),
             walls_sigma: self.law.walls_sigma,
+            periodic: self.law.periodic.as_ref(),
             gravity: self.law.gravity,
             blind: None,
             until_contact: usize::MAX,
@@ -387,7 +392,8 @@ impl Court<'_> {
             return None;
         }
         let (first, second) = (&self.flights[group[touch.a]], &self.flights[group[b]]);
-        let apart = first.after.position.distance(second.after.position);
+        let (from, to) = (first.after.position, second.after.position);
+        let apart = (to - from + self.law.shift(from, to)).length();
         let through = apart >= first.before.radius + second.before.radius;
         let violation = Violation {
             kind: if through { Kind::Tunnelling } else { Kind::Missed },
@@ -452,7 +458,7 @@ impl Court<'_> {
             sigma: wider(early.errors[place], late.errors[place]),
         };
         let (first, second) = (flight(a), flight(b));
-        let encounter = Encounter { a: &first, b: &second, length: 0.0 };
+        let encounter = Encounter::new(&first, &second, 0.0, self.law);
         let seen = encounter.look(self.tolerance);
         let (kinds, wrong) = encounter.judge(&seen, self.law.restitution, self.tolerance);
         let mut collision = self.collision((&first, &second), &seen, kinds, wrong, Sight::Singled);
@@ -547,7 +553,8 @@ impl Court<'_> {
         };
         let wrong = sequel.discs.iter().zip(flights());
         let wrong = wrong.map(|(disc, f)| disc.velocity.distance(f.after.velocity));
-        let severity = wrong.fold(0.0, f64::max) / speed.max(f64::MIN_POSITIVE);
+        let foretold = sequel.discs.iter().map(|disc| disc.velocity.length()).fold(speed, f64::max);
+        let severity = wrong.fold(0.0, f64::max) / foretold.max(f64::MIN_POSITIVE);
         let violation = Violation {
             kind,
             also: Vec::new(),
