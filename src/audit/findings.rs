@@ -348,7 +348,7 @@ pub struct Counts {
     pub displaced: u64,
     /// Sets of samples whose discs lie heaped on each other, which were not judged.
     pub heaped: u64,
-    /// Sets of samples between which discs of a periodic box may have flown so far that nobody knows
+    /// Sets of samples before which discs of a periodic box may have flown so far that nobody knows
     /// at which images they met, which were not judged.
     pub far: u64,
     /// Holes in the recording.

@@ -1,9 +1,9 @@
 //! One violation planted in each of many recordings: its name, time and pair must be found, and
 //! nothing else.
 
-use carom::audit::Frame;
 use carom::audit::findings::{Break, Findings, Kind};
-use carom::world::{Disc, Owner};
+use carom::audit::{Frame, Options};
+use carom::world::{Disc, Owner, Periodic};
 use glam::DVec2;
 
 use crate::audited;
@@ -151,6 +151,67 @@ fn a_violation_of_discs_at_rest_to_each_other_has_a_severity_of_a_sound_size() {
         }
         assert!(collisions.iter().all(|each| each.momentum <= 2.0), "{collisions:?}");
         assert!(first == second || !findings.violations.is_empty(), "{first} {second}");
+    }
+}
+
+/// What a wrong collision across the border of a periodic box is called, if the discs part with
+/// this restitution; `None` = they run through each other.
+fn across_the_border(restitution: Option<f64>) -> (Kind, f64, Vec<u32>) {
+    let periodic = Periodic { min: DVec2::ZERO, max: DVec2::ONE };
+    // They meet after 0.1 s at the border.
+    let discs =
+        [disc(1, [0.9, 0.5], [0.5, 0.0], 0.05, 1.0), disc(2, [0.1, 0.5], [-0.5, 0.0], 0.05, 1.0)];
+    let at = |time: f64| {
+        let left = (time - 0.1).max(0.0);
+        discs.map(|disc| {
+            let mut disc = Disc { position: disc.position + disc.velocity * time, ..disc };
+            if let (Some(e), true) = (restitution, time >= 0.1) {
+                disc.position -= (1.0 + e) * disc.velocity * left;
+                disc.velocity *= -e;
+            }
+            Disc { position: periodic.inside(disc.position), ..disc }
+        })
+    };
+    let options = Options { periodic: Some(periodic), ..told(1.0, None) };
+    let (findings, _) = audited(film(70.0, 40, at), &options);
+    assert_eq!(findings.violations_in_all(), 1, "{:?}", findings.violations);
+    let found = &findings.violations[0];
+    (found.kind, found.time_s, found.discs.clone())
+}
+
+#[test]
+fn a_wrong_collision_across_the_border_of_a_periodic_box_is_found_by_its_name() {
+    for (restitution, wanted) in
+        [(Some(0.5), Kind::Energy), (Some(1.2), Kind::Energy), (None, Kind::Missed)]
+    {
+        let (kind, time, pair) = across_the_border(restitution);
+        assert_eq!((kind, pair), (wanted, vec![1, 2]), "{restitution:?}");
+        assert!((time - 0.1).abs() < 1e-9, "{time}");
+    }
+}
+
+#[test]
+fn a_row_that_passes_a_blow_on_wrongly_is_found() {
+    // The last of the row flies off too slowly, too fast, or not at all.
+    for speed in [0.5, 1.5, 0.0] {
+        let frame = |k: usize| {
+            let time = k as f64 / 70.0;
+            let left = (time - 0.1).max(0.0);
+            let mut discs = vec![disc(1, [-0.3 + time.min(0.1), 0.0], [1.0, 0.0], 0.1, 1.0)];
+            let row = (0..4).map(|k| disc(2 + k, [0.2 * f64::from(k), 0.0], [0.0; 2], 0.1, 1.0));
+            discs.extend(row);
+            if time >= 0.1 {
+                discs[0].velocity = DVec2::ZERO;
+                discs[4].velocity.x = speed;
+                discs[4].position.x += speed * left;
+            }
+            Frame { time_ns: (1e9 * time).round() as i64, discs }
+        };
+        let (findings, _) = audited((0..40).map(frame).collect(), &told(1.0, None));
+        assert_eq!(findings.violations_in_all(), 1, "{speed}: {:?}", findings.violations);
+        let found = &findings.violations[0];
+        assert!(found.severity < 10.0 && (found.time_s - 0.1).abs() < 0.02, "{found:?}");
+        assert!(found.discs.contains(&5) || found.discs.contains(&1), "{found:?}");
     }
 }
 
