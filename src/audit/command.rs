@@ -77,9 +77,16 @@ pub fn audit(wanted: &Wanted, out: &mut impl Write) -> Result<u64, AuditError> {
     let mut findings = audit.finish();
     findings.said = noted.into_iter().chain(said).collect();
     if findings.counts.samples == 0 {
-        let why = findings.said.join("; ");
+        let unsound = findings.counts.unsound;
+        let why = if unsound > 0 {
+            format!("{unsound} states are no discs: numbers out of range, or ids that are taken")
+        } else if findings.said.is_empty() {
+            "its topic has none".to_owned()
+        } else {
+            findings.said.join("; ")
+        };
         let name = wanted.bag.display();
-        return Err(AuditError::BadUse(format!("{name}: no states could be read; {why}")));
+        return Err(AuditError::BadUse(format!("{name}: no states could be read: {why}")));
     }
     lines.into_inner().finish()?;
     let name = wanted.bag.display().to_string();

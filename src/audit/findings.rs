@@ -324,8 +324,12 @@ pub struct Counts {
     pub frames: u64,
     /// Recorded states of discs.
     pub samples: u64,
-    /// States that were no numbers or had no size, and were left out.
+    /// States that were no numbers, had no size, or an id that was there already: left out.
     pub unsound: u64,
+    /// States of discs that were not there a sample before, or were larger or heavier then.
+    pub unpaired: u64,
+    /// Sets of samples with the stamp of the one before, which were not judged.
+    pub repeated: u64,
     /// Most discs at once.
     pub discs: u64,
     /// Collisions of pairs that were judged alone.

@@ -4,7 +4,7 @@
 //! the times of recording. The law that the recorder noted with its scene is taken over. What
 //! cannot be read is left out and said.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DVec2;
 
@@ -292,6 +292,8 @@ struct Joined<'a> {
     have: Vec<bool>,
     incomplete: u64,
     rounds: Rounds,
+    /// In which robots say where they are.
+    robot_frames: BTreeSet<String>,
 }
 
 impl<'a> Joined<'a> {
@@ -303,6 +305,7 @@ impl<'a> Joined<'a> {
             have: Vec::new(),
             incomplete: 0,
             rounds: Rounds::new(chosen.robots.len()),
+            robot_frames: BTreeSet::new(),
         }
     }
 
@@ -364,6 +367,10 @@ impl<'a> Joined<'a> {
         let Robot { radius, mass, .. } = self.chosen.robots[id as usize];
         let (position, velocity) = (standing.position, standing.velocity);
         let disc = Disc { id, position, velocity, radius, mass };
+        if self.robot_frames.len() < SAID && !self.robot_frames.contains(&odometry.header.frame_id)
+        {
+            self.robot_frames.insert(odometry.header.frame_id);
+        }
         self.ready.extend(self.rounds.hear(time_ns, disc));
         Ok(())
     }
@@ -384,6 +391,13 @@ impl<'a> Joined<'a> {
         }
         if self.incomplete > 0 {
             said.push(format!("{} stamps lack parts: their discs are missing", self.incomplete));
+        }
+        if self.robot_frames.len() > 1 {
+            let frames: Vec<&str> = self.robot_frames.iter().map(String::as_str).collect();
+            said.push(format!(
+                "robots speak of different frames, taken for one: {}",
+                frames.join(", ")
+            ));
         }
         let Rounds { moved, moved_ns, .. } = self.rounds;
         if moved > 0 {

@@ -119,6 +119,8 @@ impl Run {
         if frame.time_ns <= last.time_ns {
             if frame.time_ns < last.time_ns {
                 self.findings.add_break(Break::Reset { time_s: to });
+            } else {
+                self.findings.counts.repeated += 1;
             }
             return false;
         }
@@ -144,6 +146,7 @@ impl Run {
         let means = Means { law: &law, noise: &noise, fastest: fastest(last, frame) };
         let flights: Vec<Flight> =
             alike(last, frame).map(|(before, after)| means.flight(before, after, &span)).collect();
+        self.findings.counts.unpaired += (frame.discs.len() - flights.len()) as u64;
         self.note_jumps(&flights, frame.seconds());
         let Ok(found) = groups::find(&flights, &span, &means, self.tolerance) else {
             self.findings.counts.heaped += 1;

@@ -213,7 +213,9 @@ fn left_out(counts: &Counts) -> String {
         (counts.teleports, "discs put elsewhere"),
         (counts.beside, "changes at segments or robots that kick"),
         (counts.displaced, "small displacements without a cause"),
-        (counts.unsound, "states that are no discs"),
+        (counts.unsound, "states that are no discs or have an id that is taken"),
+        (counts.unpaired, "states of discs that were not there, or were others, a sample before"),
+        (counts.repeated, "sets of samples with the stamp of the one before"),
         (counts.heaped, "stamps with discs heaped on each other"),
         (counts.far, "stamps before which discs may have flown far round the periodic box"),
     ];
