@@ -123,10 +123,14 @@ fn answered(
 ) -> ExitCode {
     use carom::bag::offline::{self, Answered, OfflineError};
     use carom::bag::write::WriteError;
-    let out = out.unwrap_or_else(|| {
-        let name = bag.path().file_stem().unwrap_or_default().to_string_lossy();
-        PathBuf::from(format!("{name}-answers"))
-    });
+    let beside = || {
+        let name = bag.path().file_stem()?.to_string_lossy();
+        Some(PathBuf::from(format!("{name}-answers")))
+    };
+    let Some(out) = out.or_else(beside) else {
+        // From within the bag the answers would go into it.
+        return complain(&"the bag has no name to go by: name a folder for the answers, -o DIR", 2);
+    };
     bag.faults().iter().for_each(|fault| super::tell(fault));
     match offline::answer(bag, scene, &out) {
         Ok(Answered { messages, answers, contacts, refused, told, .. }) => {

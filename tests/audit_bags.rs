@@ -318,6 +318,7 @@ fn broken_bags_and_bad_use_are_one_line_and_code_2() {
         &[&name, "--robot", "a"],
         &[&name, "--robot", "a=1"],
         &[&name, "--robot", "a=0.1,2"],
+        &[&name, "--robot", "a=0.1,2", "--robot", "a=0.2,2"],
         &[&name, "--restitution", "1.1"],
         &[&name, "--walls", "0,0,1"],
         &[&name, "--gravity", "0"],

@@ -89,6 +89,8 @@ struct Player {
     clock: Option<Publisher<Clock>>,
     burst_began: Instant,
     burst_bytes: usize,
+    /// That some messages cannot be sent was said.
+    is_order_told: bool,
     sent: u64,
     unsent: u64,
     faults: u64,
@@ -112,7 +114,16 @@ impl Player {
         let clock = options.clock_hz.map(|_| ros.publisher("/clock", 1)).transpose()?;
         let faults = options.bag.faults().len() as u64;
         let burst_began = Instant::now();
-        Ok(Self { publishers, clock, burst_began, burst_bytes: 0, sent: 0, unsent: 0, faults })
+        Ok(Self {
+            publishers,
+            clock,
+            burst_began,
+            burst_bytes: 0,
+            is_order_told: false,
+            sent: 0,
+            unsent: 0,
+            faults,
+        })
     }
 
     async fn play(&mut self, options: &ReplayOptions) {
@@ -190,10 +201,17 @@ impl Player {
         if self.burst_bytes > BURST_BYTES {
             tokio::time::sleep(BURST_PAUSE).await;
         }
+        let Some(raw) = Raw::of(payload) else {
+            if !std::mem::replace(&mut self.is_order_told, true) {
+                tracing::warn!(
+                    "messages in another order of bytes than little-endian are not sent"
+                );
+            }
+            return false;
+        };
         let Some(publisher) = self.publishers.get(topic).and_then(Option::as_ref) else {
             return false;
         };
-        let Some(raw) = Raw::of(payload) else { return false };
         let deadline = Instant::now() + FULL_WAIT;
         loop {
             match publisher.publish(raw.clone()) {
