@@ -221,7 +221,7 @@ fn odometry_of_robots_that_turn_is_read_in_their_own_frames() {
     }
 }
 
-/// Ten robots that are sampled exactly, each at stamps of its own: robot k later by k times the lag.
+/// Ten robots that are sampled exactly, each at stamps of its own: robot k by k lags later.
 #[test]
 fn robots_that_are_stamped_one_by_one_collide_as_they_did() {
     let folder = folder("lags");

@@ -402,8 +402,8 @@ impl<'a> Joined<'a> {
         let Rounds { moved, moved_ns, .. } = self.rounds;
         if moved > 0 {
             said.push(format!(
-                "{moved} states of robots were moved along their flight to a common stamp, by up to \
-                 {:.3} ms",
+                "{moved} states of robots were moved along their flight to a common stamp, by up \
+                 to {:.3} ms",
                 1e-6 * moved_ns as f64
             ));
         }

@@ -1,9 +1,9 @@
 //! Robots that are stamped one by one, brought to common stamps: frames.
 //!
 //! A round is over when all have said something new, or one has spoken twice. Its frame is at the
-//! latest of their stamps. Each robot is taken there along its own flight: on from the sample before
-//! that stamp, or back from the one after it, on whichever side of the bend between the two the
-//! stamp lies. So a round waits for the next one.
+//! latest of their stamps. Each robot is taken there along its own flight: on from the sample
+//! before that stamp, or back from the one after it, on whichever side of the bend between the two
+//! the stamp lies. So a round waits for the next one.
 //!
 //! It judges nothing: where a robot was bent twice between two samples, its place is a guess.
 

@@ -18,8 +18,8 @@ pub const SIZE_MAX: f64 = 1e60;
 /// Smallest radius and mass accepted, in SI units.
 pub const SIZE_MIN: f64 = 1e-60;
 
-/// Radii of the largest puck than which a periodic box must be wider: at four of them a pair touches
-/// in two images at once, and shortly above nobody can look ahead.
+/// Radii of the largest puck than which a periodic box must be wider: at four of them a pair
+/// touches in two images at once, and shortly above nobody can look ahead.
 pub const RADII_IN_PERIODIC_BOX: f64 = 4.001;
 
 /// Largest radius of an observed circle in a periodic arena, in sides of its box: five of the cells
