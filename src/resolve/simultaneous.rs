@@ -47,6 +47,7 @@ pub struct Reflector {
     /// The changes of them that restitution asks for, m/s.
     wanted: Vec<f64>,
     impulses: Vec<f64>,
+    blows: Vec<Blow>,
     /// Contacts with an impulse, in order.
     active: Vec<usize>,
     /// Impulses if the active contacts were all.
@@ -56,13 +57,8 @@ pub struct Reflector {
 }
 
 impl Reflector {
-    /// Reflects the velocities of `discs` at `contacts`, all of which approach; tells of each blow.
-    pub fn reflect(
-        &mut self,
-        discs: &mut [Disc],
-        contacts: &[Touching],
-        restitution: f64,
-    ) -> impl Iterator<Item = Blow> {
+    /// Reflects the velocities of `discs` at `contacts`, all of which approach.
+    pub fn reflect(&mut self, discs: &mut [Disc], contacts: &[Touching], restitution: f64) {
         let normal_speed = |discs: &[Disc], c: &Touching| {
             (discs[c.j].velocity - discs[c.i].velocity).dot(c.normal)
         };
@@ -78,14 +74,21 @@ impl Reflector {
             discs[c.i].velocity -= kick / discs[c.i].mass;
             discs[c.j].velocity += kick / discs[c.j].mass;
         }
-        contacts.iter().zip(&self.before).zip(&self.impulses).map(move |((c, s), impulse)| {
+        let told = contacts.iter().zip(&self.before).zip(&self.impulses);
+        self.blows.clear();
+        self.blows.extend(told.map(|((c, s), impulse)| {
             let loss = -0.5 * impulse * (s + normal_speed(discs, c));
             // Plus 0: no loss has no sign.
             let energy_loss = if restitution < 1.0 { loss + 0.0 } else { 0.0 };
             // That they approach is known exactly; by rounding their speed may be none.
             let approach_speed = (-s).max(f64::MIN_POSITIVE);
             Blow { impulse: *impulse, approach_speed, energy_loss }
-        })
+        }));
+    }
+
+    /// What each contact of the last reflection gave.
+    pub fn blows(&self) -> &[Blow] {
+        &self.blows
     }
 
     fn couple(&mut self, discs: &[Disc], contacts: &[Touching]) {

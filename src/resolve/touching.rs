@@ -47,13 +47,8 @@ pub fn resolve_in(
     cluster.periodic = periodic;
     let most = (limits::CONTACT_CHECKS / pairs.len().max(1)).clamp(1, limits::CONTACT_ROUNDS);
     for _ in 0..most {
-        let approaching = cluster.approaching();
-        if approaching.is_empty() {
+        if !cluster.round() {
             break;
-        }
-        let rooted = cluster.by_group(approaching);
-        for group in rooted.chunk_by(|a, b| a.root == b.root) {
-            cluster.resolve_group(group);
         }
     }
     cluster.finish()
@@ -66,15 +61,28 @@ struct Cluster<'a> {
     pairs: Vec<Pair>,
     contacts: Vec<Contact>,
     /// Where in `contacts` a pair is, if it had one.
-    contact_of: Vec<Option<u32>>,
-    checked: Vec<usize>,
-    changed: Vec<usize>,
-    now: usize,
+    contact_of: Vec<u32>,
+    checked: Vec<u32>,
+    changed: Vec<u32>,
+    now: u32,
+    /// Those of a round, and of these the ones that share a disc with another.
+    approaching: Vec<Approaching>,
+    sharing: Vec<Approaching>,
+    /// By disc: in how many of a round it is.
+    shares: Vec<u32>,
+    roots: Roots,
+    touching: Vec<Touching>,
     reflector: Reflector,
     restitution: f64,
     time: f64,
     periodic: Option<&'a Periodic>,
 }
+
+/// A pair that had no contact.
+const NONE: u32 = u32::MAX;
+
+/// What is counted before the first contact.
+const START: u32 = 1;
 
 /// A pair that approaches.
 #[derive(Clone, Copy, Debug)]
@@ -92,9 +100,12 @@ impl<'a> Cluster<'a> {
         let id = |k: usize| discs[k].id;
         let by_id = |&(i, j): &Pair| if id(i) < id(j) { (i, j) } else { (j, i) };
         let mut pairs: Vec<Pair> = pairs.iter().map(by_id).collect();
-        pairs.sort_unstable_by_key(|&(i, j)| (id(i), id(j)));
-        let changed = vec![1; discs.len()];
-        let (contact_of, checked) = (vec![None; pairs.len()], vec![0; pairs.len()]);
+        let ids = |&(i, j): &Pair| (id(i), id(j));
+        if !pairs.is_sorted_by_key(ids) {
+            pairs.sort_unstable_by_key(ids);
+        }
+        let (changed, shares) = (vec![START; discs.len()], vec![0; discs.len()]);
+        let (contact_of, checked) = (vec![NONE; pairs.len()], vec![0; pairs.len()]);
         Self {
             discs,
             contacts: Vec::with_capacity(pairs.len()),
@@ -102,12 +113,40 @@ impl<'a> Cluster<'a> {
             contact_of,
             checked,
             changed,
-            now: 1,
+            now: START,
+            approaching: Vec::new(),
+            sharing: Vec::new(),
+            shares,
+            roots: Roots::default(),
+            touching: Vec::new(),
             reflector: Reflector::default(),
             restitution,
             time,
             periodic: None,
         }
+    }
+
+    /// Resolves all pairs that approach; whether there was one.
+    fn round(&mut self) -> bool {
+        let mut approaching = std::mem::take(&mut self.approaching);
+        self.find_approaching(&mut approaching);
+        self.set_shares(&approaching, |count| count + 1);
+        let mut sharing = std::mem::take(&mut self.sharing);
+        sharing.clear();
+        sharing.extend(approaching.iter().filter(|member| self.shares_a_disc(member)));
+        for member in &approaching {
+            if !self.shares_a_disc(member) {
+                self.collide(member.pair);
+            }
+        }
+        self.set_shares(&approaching, |_| 0);
+        self.sort_by_group(&mut sharing);
+        for group in sharing.chunk_by(|a, b| a.root == b.root) {
+            self.resolve_group(group);
+        }
+        let any = !approaching.is_empty();
+        (self.approaching, self.sharing) = (approaching, sharing);
+        any
     }
 
     /// The discs of a pair, the second at its image nearest to the first.
@@ -120,8 +159,8 @@ impl<'a> Cluster<'a> {
     }
 
     /// The pairs that approach and can change, by ids.
-    fn approaching(&mut self) -> Vec<Approaching> {
-        let mut approaching = Vec::new();
+    fn find_approaching(&mut self, approaching: &mut Vec<Approaching>) {
+        approaching.clear();
         for (pair, &(i, j)) in self.pairs.iter().enumerate() {
             if self.changed[i].max(self.changed[j]) <= self.checked[pair] {
                 continue;
@@ -130,45 +169,64 @@ impl<'a> Cluster<'a> {
             let (a, b) = self.seen((i, j));
             let Some((normal, speed)) = approach(&a, &b) else { continue };
             // After a first blow, what is left may be the rounding of the velocities.
-            let settled = self.contact_of[pair].is_some() && speed <= rounding_speed(&a, &b);
+            let settled = self.contact_of[pair] != NONE && speed <= rounding_speed(&a, &b);
             if !settled && (a.mass.is_finite() || b.mass.is_finite()) {
                 approaching.push(Approaching { root: 0, pair, normal });
             }
         }
-        approaching
+    }
+
+    fn set_shares(&mut self, approaching: &[Approaching], count: impl Fn(u32) -> u32) {
+        for member in approaching {
+            let (i, j) = self.pairs[member.pair];
+            self.shares[i] = count(self.shares[i]);
+            self.shares[j] = count(self.shares[j]);
+        }
+    }
+
+    /// Whether another pair that approaches could move a disc of this one.
+    fn shares_a_disc(&self, member: &Approaching) -> bool {
+        let (i, j) = self.pairs[member.pair];
+        [i, j].iter().any(|&disc| self.shares[disc] > 1 && self.discs[disc].mass.is_finite())
     }
 
     /// Sorts pairs into groups that share no disc which they could move; each in order of ids.
-    fn by_group(&self, mut approaching: Vec<Approaching>) -> Vec<Approaching> {
-        let mut roots = Roots((0..self.discs.len()).collect());
-        let finite = |disc: usize| self.discs[disc].mass.is_finite();
-        for &Approaching { pair, .. } in &approaching {
-            let (i, j) = self.pairs[pair];
+    fn sort_by_group(&mut self, sharing: &mut [Approaching]) {
+        if sharing.is_empty() {
+            return;
+        }
+        let (roots, discs) = (&mut self.roots, &self.discs);
+        roots.be_apart(discs.len());
+        let finite = |disc: usize| discs[disc].mass.is_finite();
+        for member in &*sharing {
+            let (i, j) = self.pairs[member.pair];
             if finite(i) && finite(j) {
                 roots.join(i, j);
             }
         }
-        for member in &mut approaching {
+        for member in &mut *sharing {
             let (i, j) = self.pairs[member.pair];
             member.root = roots.find(if finite(i) { i } else { j });
         }
-        approaching.sort_by_key(|member| member.root);
-        approaching
+        sharing.sort_by_key(|member| member.root);
     }
 
     fn resolve_group(&mut self, group: &[Approaching]) {
-        if (2..=limits::GROUP_CONTACTS).contains(&group.len()) {
+        if group.len() <= limits::GROUP_CONTACTS {
             return self.reflect_group(group);
         }
-        for &Approaching { pair, .. } in group {
-            let (i, j) = self.pairs[pair];
-            let (a, b) = self.seen((i, j));
-            if let Some(impact) = collide(&a, &b, self.restitution) {
-                self.discs[i].velocity = impact.velocity_a;
-                self.discs[j].velocity = impact.velocity_b;
-                let contact = pair_contact(&a, &b, &impact, self.time);
-                self.note(pair, &contact);
-            }
+        group.iter().for_each(|member| self.collide(member.pair));
+    }
+
+    /// Collides a pair, if it still approaches.
+    fn collide(&mut self, pair: usize) {
+        let (i, j) = self.pairs[pair];
+        let (a, b) = self.seen((i, j));
+        if let Some(impact) = collide(&a, &b, self.restitution) {
+            self.discs[i].velocity = impact.velocity_a;
+            self.discs[j].velocity = impact.velocity_b;
+            let contact = pair_contact(&a, &b, &impact, self.time);
+            self.note(pair, &contact);
         }
     }
 
@@ -178,14 +236,16 @@ impl<'a> Cluster<'a> {
             let (i, j) = self.pairs[member.pair];
             Touching { i, j, normal: member.normal }
         };
-        let contacts: Vec<Touching> = group.iter().map(touching).collect();
+        let mut contacts = std::mem::take(&mut self.touching);
+        contacts.clear();
+        contacts.extend(group.iter().map(touching));
         let mut reflector = std::mem::take(&mut self.reflector);
-        let blows: Vec<Blow> = reflector.reflect(self.discs, &contacts, self.restitution).collect();
-        self.reflector = reflector;
-        for (member, blow) in group.iter().zip(&blows) {
+        reflector.reflect(self.discs, &contacts, self.restitution);
+        for (member, blow) in group.iter().zip(reflector.blows()) {
             let (a, b) = self.seen(self.pairs[member.pair]);
             self.note(member.pair, &contact(&a, &b, member.normal, blow, self.time));
         }
+        (self.touching, self.reflector) = (contacts, reflector);
     }
 
     /// Takes note of a contact; a pair hit again adds to its first.
@@ -193,30 +253,39 @@ impl<'a> Cluster<'a> {
         let (i, j) = self.pairs[k];
         self.now += 1;
         (self.changed[i], self.changed[j]) = (self.now, self.now);
-        if let Some(known) = self.contact_of[k] {
-            let known = &mut self.contacts[known as usize];
+        if let Some(known) = self.contacts.get_mut(self.contact_of[k] as usize) {
             known.impulse += contact.impulse;
             known.energy_loss += contact.energy_loss;
             return;
         }
-        self.contact_of[k] = Some(self.contacts.len() as u32);
+        self.contact_of[k] = self.contacts.len() as u32;
         self.contacts.push(*contact);
     }
 
-    fn finish(mut self) -> Resolved {
-        let in_contact = self.pairs.iter().zip(&self.contact_of).filter(|(_, c)| c.is_some());
-        let mut touched: Vec<usize> = in_contact.flat_map(|(&(i, j), _)| [i, j]).collect();
-        touched.sort_unstable_by_key(|&k| self.discs[k].id);
-        touched.dedup();
-        self.contacts.sort_unstable_by_key(|contact| (contact.a, contact.b));
-        Resolved { contacts: self.contacts, touched }
+    fn finish(self) -> Resolved {
+        // The pairs are by ids, so their contacts are.
+        let had_one = self.contact_of.iter().filter(|contact| **contact != NONE);
+        let contacts = had_one.map(|&contact| self.contacts[contact as usize]).collect();
+        let (discs, changed) = (&*self.discs, &self.changed);
+        let mut touched: Vec<usize> = (0..discs.len()).filter(|&k| changed[k] > START).collect();
+        if !touched.is_sorted_by_key(|&k| discs[k].id) {
+            touched.sort_unstable_by_key(|&k| discs[k].id);
+        }
+        Resolved { contacts, touched }
     }
 }
 
 /// Disjoint sets of discs, each known by its smallest member.
+#[derive(Default)]
 struct Roots(Vec<usize>);
 
 impl Roots {
+    /// So many discs, each by itself.
+    fn be_apart(&mut self, discs: usize) {
+        self.0.clear();
+        self.0.extend(0..discs);
+    }
+
     fn find(&mut self, mut disc: usize) -> usize {
         while self.0[disc] != disc {
             // Halves the path on the way.
