@@ -424,16 +424,11 @@ fn audit(arguments: AuditArguments) -> ExitCode {
     use carom::audit::command::{self, Wanted};
     use carom::audit::recorded::Robot;
     use carom::audit::{Bounds, Options};
-    let robots: Result<Vec<Robot>, _> =
-        arguments.robot.iter().map(|text| Robot::parse(text)).collect();
+    let robots = arguments.robot.iter().map(|text| Robot::parse(text)).collect();
     let robots = match robots {
         Ok(robots) => robots,
         Err(error) => return complain(&format!("--robot {error}"), 2),
     };
-    let mut names = std::collections::BTreeSet::new();
-    if let Some(robot) = robots.iter().find(|robot| !names.insert(robot.name.as_str())) {
-        return complain(&format!("--robot {}: it is named twice", robot.name), 2);
-    }
     let bounds = |[x0, y0, x1, y1]: [f64; 4]| Bounds {
         min: [x0.min(x1), y0.min(y1)].into(),
         max: [x0.max(x1), y0.max(y1)].into(),

@@ -33,6 +33,12 @@ impl Law {
         b.before.position - a.before.position + self.shift_of(a, b)
     }
 
+    /// The same at the later sample, m.
+    pub(super) fn apart_after(&self, a: &Flight, b: &Flight) -> DVec2 {
+        let (from, to) = (a.after.position, b.after.position);
+        to - from + self.shift(from, to)
+    }
+
     /// Whether two discs that meet in this time, at this largest speed, do so at nearest images.
     pub(super) fn shows_nearest(&self, frame: &Frame, fastest: f64, length: f64) -> bool {
         let Some(periodic) = self.periodic else { return true };

@@ -85,6 +85,10 @@ pub fn choose(bag: &Bag, topic: Option<&str>, robots: &[Robot]) -> Result<Chosen
     if robots.is_empty() {
         chosen.places.insert(circles(bag, topic)?, None);
     }
+    let mut names = BTreeSet::new();
+    if let Some(robot) = robots.iter().find(|robot| !names.insert(&robot.name)) {
+        return Err(format!("--robot {}: it is named twice", robot.name));
+    }
     for (robot, id) in robots.iter().zip(0..) {
         let names = robot.topics();
         let is_its = |topic: &Topic| topic.kind == ODOMETRY && names.contains(&topic.name);
@@ -367,8 +371,7 @@ impl<'a> Joined<'a> {
         let Robot { radius, mass, .. } = self.chosen.robots[id as usize];
         let (position, velocity) = (standing.position, standing.velocity);
         let disc = Disc { id, position, velocity, radius, mass };
-        if self.robot_frames.len() < SAID && !self.robot_frames.contains(&odometry.header.frame_id)
-        {
+        if self.robot_frames.len() < SAID {
             self.robot_frames.insert(odometry.header.frame_id);
         }
         self.ready.extend(self.rounds.hear(time_ns, disc));

@@ -340,9 +340,7 @@ impl Run {
         let parts = held.map_or(1, |held| held.parts + 1);
         let near = 1e-2 * a.before.radius.min(b.before.radius);
         let reach = a.before.radius + b.before.radius;
-        let apart = b.after.position - a.after.position;
-        let apart = apart + court.law.shift(a.after.position, b.after.position);
-        let touches = apart.length() - reach <= near;
+        let touches = court.law.apart_after(a, b).length() - reach <= near;
         if !collision.kinds.is_empty() && touches && parts < PARTS_MAX {
             self.held.insert(key, Held { discs, began, ended, parts, collision });
         } else {

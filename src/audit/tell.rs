@@ -72,10 +72,8 @@ pub fn line(violation: &Violation) -> String {
         who.push("wall".to_owned());
     }
     let who = who.join(", ");
-    let severity = match severity {
-        severity if *severity < 1e4 => format!("{severity:.3}"),
-        severity => format!("{severity:.3e}"),
-    };
+    let severity =
+        if *severity < 1e4 { format!("{severity:.3}") } else { format!("{severity:.3e}") };
     format!(
         "{time_s:>12.6} s  {:<18} {who}  at ({x:.3}, {y:.3}) m, {:.3} m/s, severity {severity}: \
          {detail}",

@@ -392,8 +392,7 @@ impl Court<'_> {
             return None;
         }
         let (first, second) = (&self.flights[group[touch.a]], &self.flights[group[b]]);
-        let (from, to) = (first.after.position, second.after.position);
-        let apart = (to - from + self.law.shift(from, to)).length();
+        let apart = self.law.apart_after(first, second).length();
         let through = apart >= first.before.radius + second.before.radius;
         let violation = Violation {
             kind: if through { Kind::Tunnelling } else { Kind::Missed },

@@ -224,8 +224,8 @@ impl Bag {
             listed.push(last.filter(|last| !whole.exists() && last.exists()).unwrap_or(whole));
         }
         if !recordings.is_empty() && !listed.iter().any(|path| path.exists()) {
-            let what = "metadata.yaml names none of the files that are there; those are read";
-            self.faults.push(Fault::Contradicts(what.to_owned()).of(&self.path));
+            let what = "names none of the files that are there; those are read".to_owned();
+            self.faults.push(Fault::Contradicts(what).of(&self.path.join("metadata.yaml")));
             return Ok(recordings);
         }
         for path in recordings.into_iter().filter(|path| !listed.contains(path)) {

@@ -166,8 +166,8 @@ struct Run {
     states: String,
     contacts: String,
     velocities: String,
-    /// By topic, the number of the last message.
-    sequences: HashMap<String, u32>,
+    /// By topic of the bag, the number of the last message.
+    sequences: HashMap<usize, u32>,
     /// The last message of every other topic.
     heard: HashMap<String, Vec<u8>>,
     /// Payloads that must come, by topic.
@@ -198,7 +198,7 @@ impl Run {
     }
 
     fn take(&mut self, topic: &str, message: Message) {
-        self.count(topic, message.sequence);
+        self.count(topic, &message);
         if *topic == self.journal {
             match Entry::read(&message.payload) {
                 Ok(entry) => self.act(entry),
@@ -226,8 +226,9 @@ impl Run {
     }
 
     /// The recorder counts the messages of a topic from 1 on: what was taken out later is missed.
-    fn count(&mut self, topic: &str, sequence: u32) {
-        let last = self.sequences.insert(topic.to_owned(), sequence).unwrap_or(0);
+    fn count(&mut self, topic: &str, message: &Message) {
+        let sequence = message.sequence;
+        let last = self.sequences.insert(message.topic, sequence).unwrap_or(0);
         let gone = sequence.wrapping_sub(last).wrapping_sub(1);
         // Others that wrote the bag again may not count.
         if sequence > 0 && gone > 0 {

@@ -100,10 +100,7 @@ impl<'a> Cluster<'a> {
         let id = |k: usize| discs[k].id;
         let by_id = |&(i, j): &Pair| if id(i) < id(j) { (i, j) } else { (j, i) };
         let mut pairs: Vec<Pair> = pairs.iter().map(by_id).collect();
-        let ids = |&(i, j): &Pair| (id(i), id(j));
-        if !pairs.is_sorted_by_key(ids) {
-            pairs.sort_unstable_by_key(ids);
-        }
+        pairs.sort_unstable_by_key(|&(i, j)| (id(i), id(j)));
         let (changed, shares) = (vec![START; discs.len()], vec![0; discs.len()]);
         let (contact_of, checked) = (vec![NONE; pairs.len()], vec![0; pairs.len()]);
         Self {
@@ -268,9 +265,7 @@ impl<'a> Cluster<'a> {
         let contacts = had_one.map(|&contact| self.contacts[contact as usize]).collect();
         let (discs, changed) = (&*self.discs, &self.changed);
         let mut touched: Vec<usize> = (0..discs.len()).filter(|&k| changed[k] > START).collect();
-        if !touched.is_sorted_by_key(|&k| discs[k].id) {
-            touched.sort_unstable_by_key(|&k| discs[k].id);
-        }
+        touched.sort_unstable_by_key(|&k| discs[k].id);
         Resolved { contacts, touched }
     }
 }

@@ -28,6 +28,15 @@ impl Periodic {
         position - self.size() * ((position - self.min) / self.size()).floor()
     }
 
+    /// How much nearer two places may come, along each axis, before another image than the nearest
+    /// can be in reach, m: at first another is at least half a box away on one axis. The margin is
+    /// rounding; what is too wide for the box may be missed.
+    pub fn room(&self, reach: f64) -> DVec2 {
+        let half = 0.5 * self.size();
+        // Below what boxes leave that are wide enough for their pucks.
+        (half - reach).max(half / 8192.0) * (1.0 - 1e-9)
+    }
+
     /// What brings a difference of two places to that of the nearest images: whole boxes.
     pub fn shift(&self, difference: DVec2) -> DVec2 {
         // Adding this rounds to whole numbers, far quicker than a call does.

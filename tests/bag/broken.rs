@@ -168,7 +168,7 @@ fn metadata_that_contradicts_the_files_is_told_and_they_are_read() {
         fs::write(&metadata, text).expect("a file");
         let (messages, faults) = read_all(&folder);
         assert_eq!(messages.len(), 15, "{text:?}");
-        assert!(faults.iter().any(|fault| fault.contains("metadata.yaml")), "{faults:?}");
+        assert!(faults.iter().any(|fault| fault.contains("metadata.yaml: ")), "{faults:?}");
     }
     fs::remove_file(&metadata).expect("ours");
     fs::create_dir(&metadata).expect("a folder of that name");

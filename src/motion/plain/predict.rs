@@ -174,11 +174,7 @@ pub(super) struct Watcher {
     disc: Disc,
 }
 
-/// For how long the nearest images of all pairs remain those that touch next, s: at first another
-/// is at least half a box away on one axis, and it must come to the reach. The margin is rounding;
-/// an observed circle too wide for the box may be missed.
+/// For how long the nearest images of all pairs remain those that touch next, s.
 fn valid_for(periodic: &Periodic, fastest: DVec2, widest: f64) -> f64 {
-    let half = 0.5 * periodic.size();
-    let way = (half - widest).max(half / 8192.0) * (1.0 - 1e-9);
-    (way / fastest).min_element()
+    (periodic.room(widest) / fastest).min_element()
 }

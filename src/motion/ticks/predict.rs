@@ -52,11 +52,8 @@ impl Ticks {
             }
         }
         if let Some(periodic) = self.laws.periodic {
-            // For so long the nearest images stay those that touch next: another is half a box away
-            // on one axis, and must come to the reach. The margin is rounding.
-            let half = 0.5 * periodic.size().min_element();
-            let widest = 2.0 * sizes.radius_max;
-            let way = (half - widest).max(half / 8192.0) * (1.0 - 1e-9);
+            // For so long the nearest images stay those that touch next.
+            let way = periodic.room(2.0 * sizes.radius_max).min_element();
             while 2.0 * sizes.component_max * length > way {
                 length *= 0.5;
             }
