@@ -257,10 +257,11 @@ fn journal(bag: &Bag) -> Option<usize> {
 
 /// Whether the law of the scene in the bag ends with this entry of the journal.
 fn is_another_world(message: &Message) -> bool {
-    matches!(
-        Entry::read(&message.payload),
-        Ok(Entry::Scene { .. } | Entry::Step { asked: Some(Asked::Walls { .. }), .. })
-    )
+    match Entry::read(&message.payload) {
+        Ok(Entry::Scene { .. }) => true,
+        Ok(Entry::Step { asked: Some(asked), .. }) => matches!(*asked, Asked::Walls { .. }),
+        _ => false,
+    }
 }
 
 /// What was wrong, the first of it in full.

@@ -19,7 +19,8 @@ pub const TOPIC: &str = "~/journal";
 /// The name of the note with all that a run begins with.
 pub const NOTE: &str = "carom";
 
-/// Something that was done to the world.
+/// Something that was done to the world. Small, for most are steps, noted at each tick: what is
+/// rare or large is boxed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Entry {
@@ -31,7 +32,7 @@ pub enum Entry {
         heard: Option<f64>,
         /// What was asked.
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        asked: Option<Asked>,
+        asked: Option<Box<Asked>>,
     },
     /// A world with these pucks instead, at time 0.
     World {
@@ -43,7 +44,7 @@ pub enum Entry {
         /// The puck.
         id: DiscId,
         /// How it moves.
-        drive: DriveLine,
+        drive: Box<DriveLine>,
     },
     /// A puck of it is a ball.
     Ball {

@@ -257,7 +257,7 @@ impl Run {
 
     fn act(&mut self, entry: Entry) {
         match entry {
-            Entry::Step { to, heard, asked } => self.step(to, heard, asked),
+            Entry::Step { to, heard, asked } => self.step(to, heard, asked.map(|asked| *asked)),
             Entry::World { pucks } => {
                 let discs: Vec<Disc> = pucks.into_iter().map(|puck| puck.disc()).collect();
                 self.world = World::new(self.settings, &discs);

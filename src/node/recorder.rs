@@ -8,7 +8,6 @@
 //! is dropped, counted, and noted in the bag at its place.
 
 use std::cell::{Cell, RefCell};
-use std::mem::MaybeUninit;
 use std::path::Path;
 use std::rc::Rc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -89,17 +88,21 @@ struct Shared {
     batch: RefCell<Batch>,
     handed_over_at: Cell<Instant>,
     watcher: RefCell<Watcher>,
-    /// Of the last step.
-    last_turns: Cell<usize>,
-    last_contacts: Cell<usize>,
-    waiting_bytes: Arc<AtomicUsize>,
+    progress: Arc<Progress>,
     topics: Cell<usize>,
     journal: Cell<Option<usize>>,
     dropped: Cell<u64>,
     /// Of those, the ones that the journal does not know yet.
     untold: Cell<u64>,
-    failure: Arc<OnceLock<String>>,
     thread: RefCell<Option<JoinHandle<Result<Summary, WriteError>>>>,
+}
+
+/// How far the thread is.
+#[derive(Default)]
+struct Progress {
+    /// Handed over, and not yet written.
+    waiting_bytes: AtomicUsize,
+    failure: OnceLock<String>,
 }
 
 /// A topic of the bag.
@@ -118,14 +121,14 @@ impl Recorder {
         let bag = BagWriter::create(folder, options, notes)?;
         let (sender, receiver) = channel();
         let (give_back, written) = channel();
-        let (waiting_bytes, failure) = (Arc::new(AtomicUsize::new(0)), Arc::new(OnceLock::new()));
+        let progress = Arc::new(Progress::default());
         let thread = {
-            let (waiting_bytes, failure) = (waiting_bytes.clone(), failure.clone());
+            let progress = progress.clone();
             std::thread::Builder::new().name("carom-record".to_owned()).spawn(move || {
-                let outcome = Writing::new(bag).run(&receiver, &give_back, &waiting_bytes);
+                let outcome = Writing::new(bag).run(&receiver, &give_back, &progress);
                 if let Err(error) = &outcome {
                     // It is set nowhere else.
-                    let _ = failure.set(error.to_string());
+                    let _ = progress.failure.set(error.to_string());
                 }
                 outcome
             })
@@ -138,14 +141,11 @@ impl Recorder {
             batch: RefCell::default(),
             handed_over_at: Cell::new(Instant::now()),
             watcher: RefCell::default(),
-            last_turns: Cell::new(0),
-            last_contacts: Cell::new(0),
-            waiting_bytes,
+            progress,
             topics: Cell::new(0),
             journal: Cell::new(None),
             dropped: Cell::new(0),
             untold: Cell::new(0),
-            failure,
             thread: RefCell::new(Some(thread)),
         })))
     }
@@ -183,16 +183,7 @@ impl Recorder {
 
     /// Why nothing is recorded any more, if that is so.
     pub fn failure(&self) -> Option<&str> {
-        self.0.failure.get().map(String::as_str)
-    }
-
-    /// Before a step: touches the memory that its messages will go to, if they are as many as the
-    /// last time. The thread has read there, so it comes from afar: while the world steps, and not
-    /// after it.
-    pub fn make_ready(&self) {
-        let Batch { turns, contacts, .. } = &mut *self.0.batch.borrow_mut();
-        touch(turns, self.0.last_turns.get());
-        touch(contacts, self.0.last_contacts.get());
+        self.0.progress.failure.get().map(String::as_str)
     }
 
     /// Hands over what was gathered, if that is much or some time ago.
@@ -219,7 +210,7 @@ impl Recorder {
         // Only cleared: its memory is warm.
         let empty = shared.written.try_iter().last().unwrap_or_default();
         let batch = shared.batch.replace(empty);
-        shared.waiting_bytes.fetch_add(batch.bytes, Ordering::Relaxed);
+        shared.progress.waiting_bytes.fetch_add(batch.bytes, Ordering::Relaxed);
         if let Some(sender) = &*shared.sender.borrow() {
             // After a failure nobody receives; that is told by itself.
             let _ = sender.send(batch);
@@ -242,8 +233,8 @@ impl Recorder {
     fn put(&self, topic: usize, content: impl FnOnce(&mut Batch) -> Option<Content>) {
         let shared = &*self.0;
         let batch = &mut *shared.batch.borrow_mut();
-        let waiting = shared.waiting_bytes.load(Ordering::Relaxed) + batch.bytes;
-        if waiting > WAITING_BYTES_MAX || shared.failure.get().is_some() {
+        let waiting = shared.progress.waiting_bytes.load(Ordering::Relaxed) + batch.bytes;
+        if waiting > WAITING_BYTES_MAX || shared.progress.failure.get().is_some() {
             shared.dropped.set(shared.dropped.get() + 1);
             shared.untold.set(shared.untold.get() + 1);
             return;
@@ -289,7 +280,6 @@ impl Tap {
     pub fn record_contacts(&self, header: (Time, &str), contacts: &[Contact]) {
         self.recorder.put(self.topic, |batch| {
             batch.contacts.extend_from_slice(contacts);
-            self.recorder.0.last_contacts.set(contacts.len());
             Some(Content::Contacts(batch.head(header), contacts.len()))
         });
     }
@@ -304,7 +294,6 @@ impl Tap {
         self.recorder.put(self.topic, |batch| {
             let watcher = &mut self.recorder.0.watcher.borrow_mut();
             let look = look(watcher, &mut batch.turns)?;
-            self.recorder.0.last_turns.set(look.turns());
             Some(Content::States(batch.head(header), look))
         });
     }
@@ -350,12 +339,6 @@ fn split_off<'a, T>(all: &mut &'a [T], count: usize) -> &'a [T] {
     first
 }
 
-/// Writes over what is behind the end.
-fn touch<T>(all: &mut Vec<T>, count: usize) {
-    let spare = all.spare_capacity_mut().iter_mut().take(count);
-    spare.for_each(|place| *place = MaybeUninit::zeroed());
-}
-
 fn now_ns() -> u64 {
     let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     u64::try_from(since.as_nanos()).unwrap_or(u64::MAX)
@@ -389,13 +372,13 @@ impl Writing {
         mut self,
         receiver: &Receiver<Batch>,
         give_back: &Sender<Batch>,
-        waiting_bytes: &AtomicUsize,
+        progress: &Progress,
     ) -> Result<Summary, WriteError> {
         loop {
             match receiver.try_recv() {
                 Ok(mut batch) => {
                     self.write(&mut batch)?;
-                    waiting_bytes.fetch_sub(batch.bytes, Ordering::Relaxed);
+                    progress.waiting_bytes.fetch_sub(batch.bytes, Ordering::Relaxed);
                     batch.clear();
                     // The loop may have ended.
                     let _ = give_back.send(batch);

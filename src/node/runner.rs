@@ -227,7 +227,6 @@ impl<'a> Runner<'a> {
         if self.arena().is_none() || due < tick || now < self.retry_at {
             return;
         }
-        self.recorder.iter().for_each(Recorder::make_ready);
         let mut outcome = self.step(None, tick);
         self.arena_outcome(&mut outcome);
         let reached = self.arena().map_or(0.0, |arena| arena.now());

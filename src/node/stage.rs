@@ -157,6 +157,7 @@ impl Stage {
                 Some(Source::Made(header)) => Asked::new(command, header),
                 None => Asked::new(command, &Header::default()),
             });
+            let asked = asked.map(Box::new);
             let heard = Some(instants.heard_at).filter(|heard| heard.is_finite());
             journal.push(Entry::Step { to: instants.advance_to, heard, asked });
         }
@@ -458,7 +459,7 @@ impl Stage {
     }
 
     fn give(&mut self, id: DiscId, drive: Drive) {
-        self.note(|| Entry::Driven { id, drive: DriveLine::new(&drive) });
+        self.note(|| Entry::Driven { id, drive: Box::new(DriveLine::new(&drive)) });
         self.world.drive(id, drive);
     }
 

@@ -108,7 +108,8 @@ impl Writing {
     }
 
     fn step(&mut self, to: f64, command: Option<Asking>) {
-        let asked = command.as_ref().map(|command| Asked::new(command, &Header::default()));
+        let asked =
+            command.as_ref().map(|command| Box::new(Asked::new(command, &Header::default())));
         self.enter(&Entry::Step { to, heard: Some(to), asked });
         let commands: Vec<Asking> = command.into_iter().collect();
         let outcome = self.world.step(&commands, Instants { heard_at: to, advance_to: to });
@@ -141,7 +142,7 @@ impl Writing {
         let circles = vec![circle(1, 0.0, 1.0), circle(2, 1.0, -1.0)];
         let message = CircleStates { header: header.clone(), part: 0, parts: 0, circles };
         self.put(4, &decode::payload(&message).expect("a message"));
-        let asked = Some(Asked::Message { topic: "/circle_states".to_owned() });
+        let asked = Some(Box::new(Asked::Message { topic: "/circle_states".to_owned() }));
         self.enter(&Entry::Step { to: at, heard: Some(at), asked });
         let (report, _) = receive::report(&message).expect("sound");
         let instants = Instants { heard_at: at, advance_to: at };
@@ -388,7 +389,7 @@ fn journals_keep_every_bit_of_every_command() {
         Asked::Drive { id: 7, linear: [0.1, 0.7], angular: -1e-17, frame: Frame::Own },
         Asked::Walls { min: [-1.0 / 3.0, 0.0], max: [1.0 / 3.0, 9.9] },
     ] {
-        let entry = Entry::Step { to, heard: None, asked: Some(asked) };
+        let entry = Entry::Step { to, heard: None, asked: Some(Box::new(asked)) };
         let text = serde_json::to_string(&entry).expect("an entry");
         let read: Entry = serde_json::from_str(&text).expect("the same");
         assert_eq!(format!("{read:?}"), format!("{entry:?}"));
