@@ -69,7 +69,9 @@ pub fn moved(
     widest: f64,
 ) -> Result<Walls, NotDone> {
     let size = max - min;
-    let is_box = min.abs().max(max.abs()).cmple(DVec2::splat(limits::SIZE_MAX)).all();
+    // Each by itself: of two numbers the larger is never the one that is none.
+    let is_near = |corner: DVec2| corner.abs().cmple(DVec2::splat(limits::SIZE_MAX)).all();
+    let is_box = is_near(min) && is_near(max);
     let has_room = is_box && size.min_element() >= 2.0 * widest && size.min_element() > 0.0;
     let from = from.filter(|walls| *walls != Walls::FAR_AWAY).ok_or(NotDone::NoWalls)?;
     if has_room { Ok(Walls { min, max, ..from }) } else { Err(NotDone::NoRoom) }

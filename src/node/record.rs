@@ -104,8 +104,11 @@ impl Recording {
         look.set_missed_tick_behavior(MissedTickBehavior::Delay);
         let end = async {
             match seconds {
-                Some(seconds) => tokio::time::sleep(Duration::from_secs_f64(seconds)).await,
-                None => std::future::pending().await,
+                // A century is no end.
+                Some(seconds) if seconds < 3e9 => {
+                    tokio::time::sleep(Duration::from_secs_f64(seconds)).await;
+                }
+                _ => std::future::pending().await,
             }
         };
         tokio::pin!(end);

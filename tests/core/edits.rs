@@ -8,6 +8,7 @@ use carom::motion::arena::Arena;
 use carom::motion::events::Events;
 use carom::motion::plain::{Laws, Plain};
 use carom::plan::{Method, Plan};
+use carom::scene::Scene;
 use carom::scene::lattice::Lattice;
 use carom::scene::spread;
 use carom::world::{
@@ -350,7 +351,12 @@ fn what_cannot_be_done_is_refused_by_every_method_and_changes_nothing() {
         assert_eq!(arena.place(5, on_first, DVec2::ZERO), Err(NotDone::Overlaps(0)));
         let tiny = DVec2::splat(0.5);
         assert_eq!(arena.move_walls(DVec2::ZERO, tiny), Err(NotDone::NoRoom));
-        assert_eq!(arena.move_walls(DVec2::NAN, tiny), Err(NotDone::NoRoom));
+        for k in 0..4 {
+            let mut corners = [0.0, 0.0, 12.0, 12.0];
+            corners[k] = f64::NAN;
+            let [min, max] = [&corners[..2], &corners[2..]].map(DVec2::from_slice);
+            assert_eq!(arena.move_walls(min, max), Err(NotDone::NoRoom), "{method} {corners:?}");
+        }
         assert_eq!(arena.discs(Owner::Simulated).collect::<Vec<_>>(), before);
     }
 }
@@ -400,6 +406,28 @@ fn every_method_adds_places_and_removes() {
         let most = if method == Method::Springs { 1e-4 } else { 1e-12 };
         assert!(drift < most, "{method}: drift {drift}");
     }
+}
+
+#[test]
+fn discs_pushed_onto_each_other_by_walls_go_on_colliding() {
+    let scene = Scene::load("thousand").expect("shipped");
+    let discs: Vec<Disc> = scene.pucks.iter().map(|puck| puck.disc).collect();
+    let plan = Plan::of(&scene.settings, &discs);
+    let (mut arena, mut contacts) = (Events::new(plan.laws(&scene.settings), &discs), Vec::new());
+    while arena.now() < 0.42 {
+        arena.advance(0.42, &mut contacts).expect("no stall");
+    }
+    // Hundreds of thousands of contacts at one instant.
+    arena.move_walls(DVec2::ZERO, DVec2::new(3.5, 5.0)).expect("room");
+    while arena.now() < 1.0 {
+        arena.advance(1.0, &mut contacts).expect("no stall");
+    }
+    assert!(contacts.iter().any(|contact| contact.time > 0.99), "nobody meets any more");
+    let is_inside = |disc: Disc| {
+        let (low, high) = (disc.position - disc.radius, disc.position + disc.radius);
+        low.min_element() > -1e-9 && high.x < 3.5 + 1e-9 && high.y < 5.0 + 1e-9
+    };
+    assert!(arena.discs(Owner::Simulated).all(is_inside));
 }
 
 #[test]

@@ -31,6 +31,7 @@ mod segments;
 mod sizes;
 mod springs;
 mod steps;
+mod storms;
 mod ticks;
 mod watch;
 mod world;

@@ -606,6 +606,7 @@ impl Events {
         if let Some(fall) = &self.fall {
             longest = longest.min(fall.longest_epoch(self.scale) / days as f64);
         }
+        let day = day.max(self.shortest_day());
         let day = if day > longest { power_of_two_near(longest) } else { day };
         self.calendar.restart(day, days);
         self.fit_limits();
@@ -643,10 +644,17 @@ impl Events {
     #[cold]
     fn shorten_days(&mut self) {
         self.events_before_today = self.events;
+        if self.calendar.day() <= self.shortest_day() {
+            return;
+        }
         self.carry_on(self.calendar.today());
-        // A day that no double can tell from nothing is a storm, which its budget ends.
-        let day = self.calendar.day() / 16.0;
-        self.restart_calendar(day.max(f64::MIN_POSITIVE * 1e30), 0.0);
+        self.restart_calendar(self.calendar.day() / 16.0, 0.0);
+    }
+
+    /// Doubles must tell days apart, s: where thousands meet at one instant no day is short enough,
+    /// and what comes after that has days of its own.
+    fn shortest_day(&self) -> f64 {
+        16.0 * (self.base.next_up() - self.base).max(f64::MIN_POSITIVE * 1e30)
     }
 
     /// Begins an epoch now if a disc of this speed, m/s, would have started too far away.
