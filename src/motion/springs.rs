@@ -512,11 +512,16 @@ fn check_numbers(laws: &Laws, stepping: &Stepping, inverse_mass: f64) -> Result<
     }
     // Rates and their squares, and what a step makes of them, must be numbers too.
     let stiffest = laws.stiffness.max(laws.damping * laws.damping * inverse_mass) * inverse_mass;
-    if stiffest < 1e200 && stiffest * stepping.step * stepping.step < 1e200 {
-        return Ok(());
+    let (stiff, wanted) = ("stiffness over mass", "below 1e200 1/s^2 for the lightest discs");
+    let per_step = stiffest * stepping.step * stepping.step;
+    let in_a_step =
+        ("stiffness over mass times step squared", "below 1e200 for the lightest discs");
+    for ((what, wanted), value) in [((stiff, wanted), stiffest), (in_a_step, per_step)] {
+        if value.is_nan() || value >= 1e200 {
+            return Err(Refused::Number { what, value, wanted });
+        }
     }
-    let wanted = "below 1e200 1/s^2 for the lightest discs";
-    Err(Refused::Number { what: "stiffness over mass", value: stiffest, wanted })
+    Ok(())
 }
 
 /// The force between two bodies, N; positive = apart.

@@ -12,7 +12,7 @@ use super::timeline::Timeline;
 use crate::bag::journal::{Asked, DriveLine, Entry, Line};
 use crate::messages::Header;
 use crate::motion::watch::{Look, Turn, Watcher};
-use crate::scene::file::is_token;
+use crate::scene::file::{is_token, no_token};
 use crate::scene::{Puck, Scene};
 use crate::world::{
     Command, Disc, DiscId, Drive, Instants, NotDone, Outcome, Owner, Settings, Walls, World, limits,
@@ -52,7 +52,7 @@ pub enum NotAdded {
     #[error("the name `{0}` is taken; allow renaming, or choose another")]
     Taken(String),
     /// It is no name.
-    #[error("name `{0}`: letters, digits and single _, not beginning with a digit")]
+    #[error("{}", no_token(.0))]
     Name(String),
     /// The arena does not take it there.
     #[error(transparent)]

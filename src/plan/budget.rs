@@ -183,6 +183,11 @@ pub fn decide(wish: &Wish, candidates: &[Candidate]) -> Option<Choice> {
     Some(Choice { index, verdict: verdict(wish, &candidates[index], time(index)) })
 }
 
+/// A factor, with an exponent where its digits would fill the line.
+fn times(factor: f64) -> String {
+    if factor < 1e6 { format!("{factor:.3}") } else { format!("{factor:.1e}") }
+}
+
 fn verdict(wish: &Wish, chosen: &Candidate, time: f64) -> String {
     let Candidate { way, error, .. } = chosen;
     let taken = format!("{way}: error {error:.1e}, {} a publish period", duration(time));
@@ -192,16 +197,16 @@ fn verdict(wish: &Wish, chosen: &Candidate, time: f64) -> String {
         if *error <= bound {
             kept.push(format!("error {bound:.1e}"));
         } else {
-            let factor = error / bound;
-            broken.push(format!("the error of {bound:.1e} gives way, by {factor:.3} times"));
+            let factor = times(error / bound);
+            broken.push(format!("the error of {bound:.1e} gives way, by {factor} times"));
         }
     }
     if let Some(budget) = wish.budget {
         if time <= budget {
             kept.push(format!("budget {}", duration(budget)));
         } else {
-            let (budget, factor) = (duration(budget), time / budget);
-            broken.push(format!("the budget of {budget} gives way, by {factor:.3} times"));
+            let (budget, factor) = (duration(budget), times(time / budget));
+            broken.push(format!("the budget of {budget} gives way, by {factor} times"));
         }
     }
     if broken.is_empty() {

@@ -6,7 +6,7 @@ use std::collections::HashSet;
 
 use glam::DVec2;
 use serde::Deserialize;
-use serde_saphyr::{Location, Spanned};
+use serde_saphyr::{Location, Spanned, options};
 
 use super::batch::{Batch, Placed, Range};
 use super::boundary::{SegmentsFile, WallsFile};
@@ -114,10 +114,19 @@ enum RunTime {
 /// # Errors
 /// [`SceneError`] with line and column.
 pub fn parse(text: &str, file: &str) -> Result<Scene, SceneError> {
-    let scene: SceneFile = serde_saphyr::from_str(text).map_err(|e| unreadable(&e, file))?;
+    // What a scene with the most pucks has; the library stops at 250 000.
+    let options = options! { budget: serde_saphyr::budget! {
+        max_nodes: NODES_PER_PUCK * limits::PUCKS_PER_SCENE,
+        max_events: 2 * NODES_PER_PUCK * limits::PUCKS_PER_SCENE,
+    } };
+    let scene: SceneFile =
+        serde_saphyr::from_str_with_options(text, options).map_err(|e| unreadable(&e, file))?;
     let scene = Reader::new(file).read(&scene)?;
     Ok(Scene { text: text.into(), ..scene })
 }
+
+/// Keys and values of a puck that names all that it may.
+const NODES_PER_PUCK: usize = 50;
 
 /// A puck without a place, such as a program adds to an arena.
 #[derive(Deserialize)]
@@ -466,11 +475,7 @@ impl<'a> Reader<'a> {
     pub(super) fn name(&mut self, name: &Spanned<String>) -> Checked<String> {
         let place = Some(name.referenced);
         if !is_token(&name.value) {
-            let message = format!(
-                "name `{}`: letters, digits and single _, not beginning with a digit",
-                name.value
-            );
-            return Err(self.error(place, message));
+            return Err(self.error(place, no_token(&name.value)));
         }
         if !self.names.insert(name.value.clone()) {
             return Err(self.error(place, format!("the name `{}` is taken", name.value)));
@@ -569,7 +574,18 @@ impl<'a> Reader<'a> {
 pub fn is_token(word: &str) -> bool {
     let letters = word.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
     let begins_well = word.starts_with(|c: char| c.is_ascii_alphabetic());
-    letters && begins_well && !word.contains("__")
+    letters && begins_well && !word.contains("__") && word.len() <= limits::NAME_LETTERS
+}
+
+/// Why a name is none, in one line whatever it is.
+pub fn no_token(name: &str) -> String {
+    let (shown, most) = (60, limits::NAME_LETTERS);
+    let dots = if name.chars().nth(shown).is_some() { "..." } else { "" };
+    let name_shown: String = name.chars().take(shown).flat_map(char::escape_debug).collect();
+    let length = if name.len() > most { format!(", at most {most}") } else { String::new() };
+    format!(
+        "name `{name_shown}{dots}`: letters, digits and single _, not beginning with a digit{length}"
+    )
 }
 
 /// Whether a text is a relative or absolute topic name.

@@ -19,7 +19,7 @@ pub mod spread;
 pub mod shipped;
 
 use std::fmt;
-use std::fs::File;
+use std::fs::{File, Metadata};
 use std::io::Read;
 use std::sync::Arc;
 
@@ -72,6 +72,20 @@ impl Scene {
             return Err(error(format!("larger than {} bytes", limits::SCENE_FILE_BYTES)));
         }
         file::parse(&text, name_or_path)
+    }
+
+    /// The same, but not from a pipe, to which nobody may ever write.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub fn load_without_waiting(name_or_path: &str) -> Result<Self, SceneError> {
+        let is_shipped = shipped::find(name_or_path).is_some();
+        let waits = |metadata: Metadata| !metadata.is_file() && !metadata.is_dir();
+        if !is_shipped && std::fs::metadata(name_or_path).is_ok_and(waits) {
+            let message = "neither a file nor the name of a scene".to_owned();
+            return Err(SceneError { file: name_or_path.to_owned(), place: None, message });
+        }
+        Self::load(name_or_path)
     }
 
     /// Takes another method or step than the file says.

@@ -32,6 +32,10 @@ pub const PUBLISH_RATES_HZ: (f64, f64) = (1e-3, 1e5);
 /// Most line segments around an arena: they are carried along with its laws.
 pub const SEGMENTS: usize = 64;
 
+/// Most letters of a name of a puck or of a part of a topic: with what stands around them in the
+/// names of topics they must come to less than 256.
+pub const NAME_LETTERS: usize = 180;
+
 /// Largest scene file read, bytes.
 pub const SCENE_FILE_BYTES: u64 = 16 << 20;
 

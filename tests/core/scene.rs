@@ -210,3 +210,32 @@ fn gravity_and_periodic_boxes_are_read_or_refused() {
         assert!(error.ends_with(message) && error.lines().count() == 1, "{error}");
     }
 }
+
+#[test]
+fn as_many_pucks_may_be_listed_as_a_scene_may_have() {
+    let puck = |k: u32| {
+        let (x, y) = (k % 200, k / 200);
+        format!("  - {{name: p{k}, position: [{x}, {y}], velocity: [1, 0], radius: 0.25}}\n")
+    };
+    let text: String = (0..20_000).map(puck).collect();
+    let scene = file::parse(&format!("pucks:\n{text}"), "scene.yaml").expect("few enough");
+    assert_eq!(scene.pucks.len(), 20_000);
+}
+
+#[test]
+fn an_error_about_a_name_is_one_short_line() {
+    for name in ["x\\ny\\e[31m".to_owned(), "a".repeat(3_000)] {
+        let text = format!("pucks:\n  - {{name: \"{name}\", position: [1, 1], radius: 0.5}}");
+        let error = error(&text);
+        assert!(error.len() < 250 && error.chars().all(|c| !c.is_control()), "{error:?}");
+    }
+}
+
+#[test]
+fn a_pipe_is_not_waited_for() {
+    // What a process has open is a pipe here: the test reads from one.
+    let (_reader, writer) = std::io::pipe().expect("a pipe");
+    let path = format!("/proc/self/fd/{}", std::os::fd::AsRawFd::as_raw_fd(&writer));
+    let error = Scene::load_without_waiting(&path).expect_err("refused").to_string();
+    assert!(error.ends_with("neither a file nor the name of a scene"), "{error}");
+}

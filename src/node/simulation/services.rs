@@ -91,8 +91,14 @@ pub fn answer(request: &Request, stage: &mut Stage) -> (Effect, Result<(), DdsEr
         Request::SpawnEntities(asked) => {
             let told = spawn_many(stage, &asked.request);
             let result = told.result.clone();
+            let refused = first_refused(&told.results);
             // They were spawned, whether or not all their names fit into the answer.
-            let refuse = |_| SpawnManyResponse { result, results: Vec::new() };
+            let refuse = |why: Verdict| {
+                let mut said = vec![result.error_message, refused, why.error_message];
+                said.retain(|part| !part.is_empty());
+                let result = Verdict { result: result.result, error_message: said.join("; ") };
+                SpawnManyResponse { result, results: Vec::new() }
+            };
             (PUCKS, tell_many(asked, told, refuse).1)
         }
         Request::DeleteEntity(asked) => {
@@ -384,6 +390,17 @@ fn spawn_many(stage: &mut Stage, request: &SpawnManyRequest) -> SpawnManyRespons
     SpawnManyResponse { result, results }
 }
 
+/// The first that were not spawned, by their places from 0, with the reasons, cut to a few lines.
+fn first_refused(results: &[SpawnResult]) -> String {
+    const MOST: usize = 5;
+    let bad = results.iter().enumerate().filter(|(_, spawned)| spawned.result.result != code::OK);
+    let told = |(place, spawned): (usize, &SpawnResult)| {
+        let why: String = spawned.result.error_message.chars().take(100).collect();
+        format!("number {place}: {why}")
+    };
+    bad.take(MOST).map(told).collect::<Vec<_>>().join("; ")
+}
+
 fn delete(stage: &mut Stage, name: &str) -> Verdict {
     let id = named(stage, name).map(|puck| puck.disc.id);
     verdict(id.and_then(|id| stage.remove(id).map_err(failed)))
@@ -398,7 +415,8 @@ fn load(stage: &mut Stage, request: &LoadRequest, now: Instant) -> WorldResponse
         (uri, _) => match uri.split_once("://") {
             None | Some(("file", _)) => {
                 let path = uri.strip_prefix("file://").unwrap_or(uri);
-                Scene::load(path).map_err(|error| refused(code::WORLD_PARSE_ERROR, error))
+                let scene = Scene::load_without_waiting(path);
+                scene.map_err(|error| refused(code::WORLD_PARSE_ERROR, error))
             }
             Some((scheme, _)) => {
                 let why = format!("uri `{scheme}://`: a path or the name of a shipped scene");
