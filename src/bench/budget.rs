@@ -166,7 +166,7 @@ fn ways(
         let step = model.step_for(error, meetings, restitution).min(period);
         let stiffness = model.stiffness_for(error, meetings);
         ways.extend(Some(step).filter(|step| usable(*step)).map(Way::Steps));
-        let error_can_be_kept = usable(stiffness) && error > model.events;
+        let error_can_be_kept = usable(stiffness) && error > model.rounding(meetings);
         ways.extend(Some(stiffness).filter(|_| error_can_be_kept).map(Way::Springs));
     } else {
         ways.extend(STEPS.map(|part| Way::Steps(part * period)));

@@ -29,18 +29,21 @@ pub struct Encounter {
     pub speed: f64,
     /// Restitution.
     pub restitution: f64,
+    /// Where they meet, m from the origin along both axes.
+    pub at: f64,
 }
 
 impl Encounter {
     /// Equal elastic discs with a contact distance of 1 m, at 1 m/s.
     pub const PLAIN: Self =
-        Self { radii: [0.5; 2], masses: [1.0; 2], speed: 1.0, restitution: 1.0 };
+        Self { radii: [0.5; 2], masses: [1.0; 2], speed: 1.0, restitution: 1.0, at: 0.0 };
 
     /// How fast they meet.
     pub fn meetings(&self) -> Meetings {
         let rate = self.speed / (self.radii[0] + self.radii[1]);
         let [a, b] = self.masses;
-        Meetings { rate, weighted: rate * (a * b / (a + b)).sqrt() }
+        let coordinate = self.at.abs() / (self.radii[0] + self.radii[1]);
+        Meetings { rate, weighted: rate * (a * b / (a + b)).sqrt(), coordinate, way: 3.0 }
     }
 
     /// Error of the contact, root mean square, over the relative speed.
@@ -75,12 +78,15 @@ impl Encounter {
         let start = contact * reach - relative * time;
         let disc = |id: u32, position, k: usize| Disc {
             id,
-            position,
+            position: position + self.at,
             velocity: velocities[k],
             radius: self.radii[k],
             mass: self.masses[k],
         };
         let discs = [disc(1, start, 0), disc(2, DVec2::ZERO, 1)];
+        // Far from the origin they are not where they were put.
+        let apart = discs[0].position - discs[1].position;
+        let contact = if self.at == 0.0 { contact } else { contact_after(apart, relative, reach) };
         let exact = relative - (1.0 + self.restitution) * relative.dot(contact) * contact;
         let settings = Settings { restitution: self.restitution, ..Settings::default() };
         let mut arena = arena(way, &settings, &discs)?;
@@ -91,6 +97,13 @@ impl Encounter {
         let after: Vec<Disc> = arena.discs(Owner::Simulated).collect();
         Ok(after[0].velocity - after[1].velocity - exact)
     }
+}
+
+/// Where a disc is, seen from the other, when both meet, over their contact distance.
+fn contact_after(apart: DVec2, relative: DVec2, reach: f64) -> DVec2 {
+    let direction = relative.normalize();
+    let miss = direction.perp() * direction.perp_dot(apart);
+    (miss - direction * (reach * reach - miss.length_squared()).sqrt()) / reach
 }
 
 /// An arena that moves in a way.
@@ -126,6 +139,7 @@ fn contact_time(way: Way, masses: &[f64; 2]) -> f64 {
 pub fn meetings(contacts: &[Contact], discs: &[Disc]) -> Meetings {
     let place = |id: u32| discs.binary_search_by_key(&id, |disc| disc.id).ok();
     let (mut rates, mut weighted, mut count) = (0.0, 0.0, 0.0);
+    let (mut coordinates, mut ways) = (0.0, 0.0);
     for contact in contacts {
         let Partner::Disc(partner) = contact.b else { continue };
         let (Some(a), Some(b)) = (place(contact.a), place(partner)) else { continue };
@@ -133,17 +147,23 @@ pub fn meetings(contacts: &[Contact], discs: &[Disc]) -> Meetings {
         let rate = contact.approach_speed / (a.radius + b.radius);
         rates += rate * rate;
         weighted += rate * rate / (1.0 / a.mass + 1.0 / b.mass);
+        let reach = a.radius + b.radius;
+        coordinates += (contact.point.abs().max_element() / reach).powi(2);
+        ways += contact.point.distance_squared(a.position) / (reach * reach);
         count += 1.0;
     }
     if count > 0.0 {
         let mean = |sum: f64| (SPEED_OVER_APPROACH * sum / count).sqrt();
-        return Meetings { rate: mean(rates), weighted: mean(weighted) };
+        let [coordinate, way] = [coordinates, ways].map(|sum| (sum / count).sqrt());
+        return Meetings { rate: mean(rates), weighted: mean(weighted), coordinate, way };
     }
     let speed = discs.iter().map(|disc| disc.velocity.length()).fold(0.0, f64::max);
     let radius = discs.iter().map(|disc| disc.radius).fold(f64::INFINITY, f64::min);
     let masses = discs.iter().map(|disc| disc.mass).filter(|mass| mass.is_finite());
     let rate = if speed > 0.0 { speed } else { 1.0 } / radius;
-    Meetings { rate, weighted: rate * (0.5 * masses.fold(0.0, f64::max)).sqrt() }
+    let largest = discs.iter().map(|disc| disc.position.abs().max_element()).fold(0.0, f64::max);
+    let weighted = rate * (0.5 * masses.fold(0.0, f64::max)).sqrt();
+    Meetings { rate, weighted, coordinate: 0.5 * largest / radius, way: 0.0 }
 }
 
 /// All that can be measured of methods: the coefficients of the model, without a margin.

@@ -4,10 +4,12 @@
 //! **Error** is that of one contact of two pucks: by how much their relative velocity after it
 //! differs from the exact one, over their relative speed before it, root mean square over the
 //! contacts of the scene. A puck that flies on for one contact distance is off by about so much of
-//! that distance. Methods that resolve each contact at its instant have rounding; `steps` find it
-//! up to a step late, so the error is in proportion to the way in a step over the contact distance;
-//! `springs` turn about each other while they touch, in proportion to the way in that time. What
-//! chaos makes of an error afterwards is the same for all methods, and not in it.
+//! that distance. Methods that resolve each contact at its instant have rounding: `ticks` of
+//! coordinates, which may be far larger than what they differ by at a contact, the others only
+//! after a long way. `steps` find it up to a step late, so the error is in proportion to the way
+//! in a step over the contact distance; `springs` turn about each other while they touch, in
+//! proportion to the way in that time. What chaos makes of an error afterwards is the same for all
+//! methods, and not in it.
 //!
 //! **Budget** is run time in a publish period, `1 / publish_rate_hz` of simulated time.
 //!
@@ -53,7 +55,17 @@ pub struct Meetings {
     pub rate: f64,
     /// The same times the root of the reduced mass, kg^(1/2)/s.
     pub weighted: f64,
+    /// Largest coordinate of a contact over the contact distance, root mean square.
+    pub coordinate: f64,
+    /// The same of the way from where the pucks began.
+    pub way: f64,
 }
+
+/// Coordinates, in contact distances, at which the errors of exact methods were measured.
+const MEASURED_AT: f64 = 2.0;
+
+/// Way, in contact distances, after which flights are carried on, which rounds them.
+const CARRIED_AFTER: f64 = 1024.0;
 
 /// No rounding may carry what just keeps a bound beyond it.
 const SAFE: f64 = 1.0 - 1e-9;
@@ -70,29 +82,39 @@ impl ErrorModel {
 
     /// The error of a way to move, in a scene whose pucks meet so.
     pub fn error(&self, way: Way, meetings: &Meetings, restitution: f64) -> f64 {
+        let far = (meetings.coordinate / MEASURED_AT).max(1.0);
         let error = match way {
-            Way::Exact(Method::Plain) => self.plain,
-            Way::Exact(Method::Ticks) => self.ticks,
-            Way::Exact(_) => self.events,
+            Way::Exact(Method::Plain) if meetings.way < CARRIED_AFTER => self.plain,
+            Way::Exact(Method::Plain) => self.plain * far,
+            Way::Exact(Method::Ticks) => self.ticks * far,
+            Way::Exact(_) => self.rounding(meetings),
             Way::Steps(step) => {
-                self.steps * 0.5 * (1.0 + restitution) * meetings.rate * step + self.events
+                let per_step = self.steps * 0.5 * (1.0 + restitution) * meetings.rate;
+                per_step * step + self.rounding(meetings)
             }
             Way::Springs(stiffness) => {
-                self.springs * meetings.weighted / stiffness.sqrt() + self.events
+                self.springs * meetings.weighted / stiffness.sqrt() + self.rounding(meetings)
             }
         };
         error.min(ERROR_MAX)
     }
 
+    /// The error of the method events; what steps and springs add to is no less.
+    pub fn rounding(&self, meetings: &Meetings) -> f64 {
+        let times = (meetings.way / CARRIED_AFTER).floor();
+        self.events * (times * meetings.coordinate / MEASURED_AT).max(1.0)
+    }
+
     /// The longest step (s) whose error is no more than that.
     pub fn step_for(&self, error: f64, meetings: &Meetings, restitution: f64) -> f64 {
         let error_per_step = self.steps * 0.5 * (1.0 + restitution) * meetings.rate;
-        SAFE * (error - self.events) / error_per_step
+        SAFE * (error - self.rounding(meetings)) / error_per_step
     }
 
     /// The softest spring (N/m) whose error is no more than that.
     pub fn stiffness_for(&self, error: f64, meetings: &Meetings) -> f64 {
-        (self.springs * meetings.weighted / (SAFE * (error - self.events))).powi(2)
+        let left = error - self.rounding(meetings);
+        (self.springs * meetings.weighted / (SAFE * left)).powi(2)
     }
 }
 

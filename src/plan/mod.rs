@@ -174,6 +174,9 @@ impl Plan {
                 Some("drag; take events or plain")
             }
             Method::Springs if laws.periodic.is_some() => Some("periodic boxes; take steps"),
+            Method::Springs if settings.walls.is_some() && pucks.iter().any(is_pushed_on) => {
+                Some("fixed pucks that move among walls, which no spring stops; take ticks")
+            }
             Method::Springs if loses_energy(settings) => {
                 Some("restitution; leave it out and set damping")
             }
@@ -240,6 +243,11 @@ fn boundary(settings: &Settings) -> (Option<Walls>, Option<Segments>) {
         (None, Some(walls)) => (Some(walls), None),
         (walls, _) => (walls, segments),
     }
+}
+
+/// Whether it moves whatever is in its way.
+fn is_pushed_on(disc: &Disc) -> bool {
+    disc.mass.is_infinite() && disc.velocity != DVec2::ZERO
 }
 
 fn loses_energy(settings: &Settings) -> bool {

@@ -581,11 +581,9 @@ pub fn is_token(word: &str) -> bool {
 pub fn no_token(name: &str) -> String {
     let (shown, most) = (60, limits::NAME_LETTERS);
     let dots = if name.chars().nth(shown).is_some() { "..." } else { "" };
-    let name_shown: String = name.chars().take(shown).flat_map(char::escape_debug).collect();
     let length = if name.len() > most { format!(", at most {most}") } else { String::new() };
-    format!(
-        "name `{name_shown}{dots}`: letters, digits and single _, not beginning with a digit{length}"
-    )
+    let name: String = name.chars().take(shown).flat_map(char::escape_debug).collect();
+    format!("name `{name}{dots}`: letters, digits and single _, not beginning with a digit{length}")
 }
 
 /// Whether a text is a relative or absolute topic name.

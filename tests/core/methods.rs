@@ -212,6 +212,7 @@ fn scenes_name_their_method() {
           periodic boxes; take steps",
         ),
         ("method: springs\nstiffness: 1.0e+250", "1:9: stiffness over mass = "),
+        ("method: springs\nstep_s: 1.0e+100", "1:9: stiffness over mass times step squared = "),
     ];
     for (keys, message) in refused {
         let error = file::parse(&format!("{keys}\n{puck}"), "scene.yaml");
@@ -223,6 +224,10 @@ fn scenes_name_their_method() {
         );
         assert_eq!(error.lines().count(), 1);
     }
+    let pushed = "method: springs\nwalls: {x: [0, 9], y: [0, 9]}\n\
+                  pucks: [{name: a, position: [5, 5], velocity: [1, 0], radius: 1, mass: .inf}]";
+    let error = file::parse(pushed, "scene.yaml").expect_err("refused").to_string();
+    assert!(error.contains("fixed pucks that move among walls, which no spring stops"), "{error}");
 }
 
 #[test]
