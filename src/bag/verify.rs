@@ -231,8 +231,8 @@ impl Run {
         }
     }
 
-    /// Whether a message comes in its turn. The recorder counts those of a topic from 1 on: what was
-    /// taken out later is missed, and what was put in is not compared.
+    /// Whether a message comes in its turn. The recorder counts those of a topic from 1 on: what
+    /// was taken out later is missed, and what was put in is not compared.
     fn is_next(&mut self, topic: &str, message: &Message) -> bool {
         let (number, at) = (message.sequence, self.now());
         // Others that wrote the bag again may not count.
@@ -248,7 +248,8 @@ impl Run {
         self.sequences.insert(message.topic, number);
         let gone = number - last - 1;
         if gone > 0 {
-            self.verdict.damage.push(format!("{topic} at {at} s: {gone} messages are not there"));
+            let what = format!("{topic} at {at} s: {gone} messages are not there");
+            self.verdict.damage.push(what);
             if *topic == self.journal {
                 // What was told since the last step came of one that is not there.
                 let (differences, told) = self.at_last_step;

@@ -182,6 +182,11 @@ def check_spawning(simulation, client):
     many = simulation.call("SpawnEntities", spawn_requests=requests)
     assert many.result.result == 150 and len(many.results) == 3, many
     assert [r.result.result for r in many.results] == [OK, OK, 104], many
+    # The results of so many do not fit into an answer: which failed is told in words.
+    crowd = [SpawnEntity(name="left", initial_pose=pose_at(0.6, 0.15)) for _ in range(100)]
+    lost = simulation.call("SpawnEntities", spawn_requests=crowd)
+    assert lost.result.result == 150 and not lost.results, lost
+    assert "100 of 100 failed; number 0: " in lost.result.error_message, lost
     assert simulation.entities(tags=TagsFilter(tags=["spawned"])) == [
         "new", again.entity_name, "many_0", "many_1"]
     assert simulation.verdict("DeleteEntity", entity=again.entity_name) == OK
