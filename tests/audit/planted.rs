@@ -130,6 +130,75 @@ fn large_slow_discs_that_pass_through_each_other_miss_their_collision() {
     assert!((time - meet).abs() < 1e-9, "{time} {meet}");
 }
 
+/// What an engine records that looks for overlaps only at the stamps and then answers them
+/// lawfully, with how many it answered.
+fn answered_at_stamps(mut discs: Vec<Disc>, restitution: f64, frames: usize) -> (Vec<Frame>, u64) {
+    let (mut all, mut answers) = (Vec::new(), 0);
+    for k in 0..frames {
+        let time_ns = (1e9 * k as f64 / 60.0).round() as i64;
+        all.push(Frame { time_ns, discs: discs.clone() });
+        for (i, j) in (0..discs.len()).flat_map(|i| (0..i).map(move |j| (j, i))) {
+            let (a, b) = (discs[i], discs[j]);
+            let d = b.position - a.position;
+            let (n, approach) = (d.normalize(), -d.normalize().dot(b.velocity - a.velocity));
+            if d.length() >= a.radius + b.radius || approach <= 0.0 {
+                continue;
+            }
+            let impulse = (1.0 + restitution) * approach / (1.0 / a.mass + 1.0 / b.mass) * n;
+            discs[i].velocity -= impulse / a.mass;
+            discs[j].velocity += impulse / b.mass;
+            answers += 1;
+        }
+        discs.iter_mut().for_each(|disc| disc.position += disc.velocity / 60.0);
+    }
+    (all, answers)
+}
+
+#[test]
+fn what_is_answered_at_the_sample_that_overlaps_is_late_whatever_is_known() {
+    let pair =
+        [disc(1, [-0.51, 0.0], [1.5, 0.0], 0.1, 1.0), disc(2, [0.5, 0.05], [-0.5, 0.1], 0.15, 3.0)];
+    // The first two overlap at the sample from which the second reaches the third in time.
+    let row = [
+        disc(1, [-0.005, 0.0], [1.0, 0.0], 0.1, 1.0),
+        disc(2, [0.2, 0.0], [0.0; 2], 0.1, 1.0),
+        disc(3, [0.41, 0.0], [0.0; 2], 0.1, 1.0),
+    ];
+    for (discs, restitution) in [(&pair[..], 1.0), (&pair[..], 0.5), (&row[..], 1.0)] {
+        let (frames, answers) = answered_at_stamps(discs.to_vec(), restitution, 60);
+        assert!(answers as usize == discs.len() - 1);
+        for options in [told(restitution, None), Options { no_walls: true, ..Options::default() }] {
+            let (findings, collisions) = audited(frames.clone(), &options);
+            let what = format!("{restitution} {options:?} {:?}", findings.violations);
+            assert_eq!(findings.of_kind(Kind::Late), answers, "{what}");
+            assert_eq!(findings.violations_in_all(), answers, "{what}");
+            assert_eq!((findings.counts.foretold, collisions.len() as u64), (0, answers));
+        }
+    }
+}
+
+#[test]
+fn a_stepping_engine_is_late_as_often_with_a_known_restitution_as_without() {
+    let discs: Vec<Disc> = (0..12)
+        .map(|k| {
+            let place = [0.5 * f64::from(k % 4), 0.5 * f64::from(k / 4)];
+            // Towards the middle.
+            let velocity = [0.75 - place[0], 0.5 - place[1]].map(|v| 2.0 * v);
+            disc(k, place, velocity, 0.1, 1.0 + 0.2 * f64::from(k % 3))
+        })
+        .collect();
+    let (frames, answers) = answered_at_stamps(discs, 1.0, 90);
+    assert!(answers > 12, "{answers}");
+    let unknown = Options { no_walls: true, ..Options::default() };
+    let late = [unknown, told(1.0, None)].map(|options| {
+        let (findings, _) = audited(frames.clone(), &options);
+        println!("{:?} {:?}", findings.counts, findings.by_kind);
+        findings.of_kind(Kind::Late)
+    });
+    println!("{late:?} of {answers}");
+    assert_eq!(late[0], late[1]);
+}
+
 #[test]
 fn a_violation_of_discs_at_rest_to_each_other_has_a_severity_of_a_sound_size() {
     let discs =
