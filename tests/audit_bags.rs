@@ -301,6 +301,71 @@ fn without_stamps_the_times_of_recording_count_and_sqlite_is_read() {
     assert!(notes.contains("stamps are 0"), "{notes}");
 }
 
+/// Names of the files in a folder.
+fn files_in(folder: &Path) -> Vec<String> {
+    let name = |entry: fs::DirEntry| entry.file_name().to_string_lossy().into_owned();
+    let mut names: Vec<String> = fs::read_dir(folder)
+        .expect("it is there")
+        .map(|entry| name(entry.expect("an entry")))
+        .collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn no_file_of_an_earlier_audit_stays_beside_a_new_page() {
+    let folder = folder("twice");
+    let [bad, good, first, out, fresh] =
+        ["bad", "good", "first", "out", "fresh"].map(|name| folder.join(name));
+    let (mut frames, _) = spoilt();
+    // A hole, and walls that are not there: all that a page may hold.
+    frames.drain(20..23);
+    bag(&bad, &frames, 1, None);
+    bag(&good, &gas().0[..3], 1, None);
+    let into = |bag: &Path, out: &Path| {
+        let [bag, out] = [bag, out].map(|path| path.display().to_string());
+        let options = ["--crash-speed", "0.01", "--no-walls"];
+        audit(&[&[bag.as_str(), "--out", out.as_str()], &options[..]].concat()).status.code()
+    };
+    assert_eq!(into(&bad, &first), Some(1));
+    let mut names = carom::audit::page::names();
+    names.extend(["collisions.csv", "index.html"].map(str::to_owned));
+    names.sort();
+    assert_eq!(files_in(&first), names);
+    assert_eq!(into(&bad, &out), Some(1));
+    for stranger in ["audit_notes.csv", "violations.csv"] {
+        fs::write(out.join(stranger), "mine").expect("room");
+    }
+    assert_eq!((into(&good, &out), into(&good, &fresh)), (Some(0), Some(0)));
+    let mut kept = files_in(&out);
+    kept.retain(|name| name != "audit_notes.csv" && name != "violations.csv");
+    assert_eq!(kept.len() + 2, files_in(&out).len());
+    assert_eq!(kept, files_in(&fresh));
+}
+
+#[test]
+fn messages_that_speak_of_different_frames_are_told() {
+    let folder = folder("frame_ids");
+    let (frames, _) = gas();
+    for (name, ids) in [("one", ["map", "map"]), ("two", ["map", "odom"])] {
+        let path = folder.join(name);
+        let mut bag = BagWriter::create(&path, Options::default(), Vec::new()).expect("new");
+        let topic = bag.topic("/arena_states", KIND, &Qos::default().to_yaml()).expect("known");
+        for (frame, id) in frames[..30].iter().zip(ids.iter().cycle()) {
+            let header = Header { stamp: stamp(frame.time_ns), frame_id: (*id).to_owned() };
+            let states = publish::arena_states(header, frame.discs.iter().copied());
+            let payload = decode::payload(&states).expect("a message");
+            bag.write(topic, frame.time_ns as u64, frame.time_ns as u64, &payload).expect("room");
+        }
+        bag.finish().expect("room");
+        let (told, _) = json(&path, &[]);
+        let notes = told["notes"].to_string();
+        let is_told =
+            notes.contains("messages speak of different frames, taken for one: 'map', 'odom'");
+        assert_eq!(is_told, name == "two", "{notes}");
+    }
+}
+
 #[test]
 fn broken_bags_and_bad_use_are_one_line_and_code_2() {
     let folder = folder("broken");

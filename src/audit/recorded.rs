@@ -297,8 +297,8 @@ struct Joined<'a> {
     have: Vec<bool>,
     incomplete: u64,
     rounds: Rounds,
-    /// In which robots say where they are.
-    robot_frames: BTreeSet<String>,
+    /// In which messages say where discs are.
+    frame_ids: BTreeSet<String>,
 }
 
 impl<'a> Joined<'a> {
@@ -310,7 +310,7 @@ impl<'a> Joined<'a> {
             have: Vec::new(),
             incomplete: 0,
             rounds: Rounds::new(chosen.robots.len()),
-            robot_frames: BTreeSet::new(),
+            frame_ids: BTreeSet::new(),
         }
     }
 
@@ -329,9 +329,16 @@ impl<'a> Joined<'a> {
         }
     }
 
+    fn note_frame(&mut self, frame_id: String) {
+        if self.frame_ids.len() < SAID && !self.frame_ids.contains(&frame_id) {
+            self.frame_ids.insert(frame_id);
+        }
+    }
+
     fn add_circles(&mut self, message: &Message) -> Result<(), String> {
         let states: CircleStates = decode::message(&message.payload).map_err(|e| e.to_string())?;
         let time_ns = self.time(states.header.stamp, message);
+        self.note_frame(states.header.frame_id);
         let disc = |circle: &crate::messages::CircleState| Disc {
             id: circle.id,
             position: DVec2::new(circle.x, circle.y),
@@ -372,9 +379,7 @@ impl<'a> Joined<'a> {
         let Robot { radius, mass, .. } = self.chosen.robots[id as usize];
         let (position, velocity) = (standing.position, standing.velocity);
         let disc = Disc { id, position, velocity, radius, mass };
-        if self.robot_frames.len() < SAID {
-            self.robot_frames.insert(odometry.header.frame_id);
-        }
+        self.note_frame(odometry.header.frame_id);
         self.ready.extend(self.rounds.hear(time_ns, disc));
         Ok(())
     }
@@ -396,12 +401,11 @@ impl<'a> Joined<'a> {
         if self.incomplete > 0 {
             said.push(format!("{} stamps lack parts: their discs are missing", self.incomplete));
         }
-        if self.robot_frames.len() > 1 {
-            let frames: Vec<&str> = self.robot_frames.iter().map(String::as_str).collect();
-            said.push(format!(
-                "robots speak of different frames, taken for one: {}",
-                frames.join(", ")
-            ));
+        if self.frame_ids.len() > 1 {
+            let names: Vec<String> = self.frame_ids.iter().map(|id| format!("'{id}'")).collect();
+            let who = if self.chosen.robots.is_empty() { "messages" } else { "robots" };
+            let names = names.join(", ");
+            said.push(format!("{who} speak of different frames, taken for one: {names}"));
         }
         let Rounds { moved, moved_ns, .. } = self.rounds;
         if moved > 0 {
