@@ -201,7 +201,10 @@ impl<'a> Encounter<'a> {
         } else {
             MassFractions::of(a.mass, b.mass)
         };
-        let jump = (1.0 + restitution) * seen.approach.max(0.0) * seen.normal;
+        // Of two that did not approach there is no restitution.
+        let met = seen.approach > 0.0 && restitution.is_finite();
+        let jump =
+            if met { (1.0 + restitution) * seen.approach * seen.normal } else { DVec2::ZERO };
         let off_a = self.a.change + shares.a.hi * jump;
         let off_b = self.b.change - shares.b.hi * jump;
         // Of two that were at rest to each other, what they got is all there is to compare with.

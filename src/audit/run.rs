@@ -351,8 +351,7 @@ impl Run {
     fn add_pair(&mut self, collision: &Collision, listener: &mut Listener) {
         let ledger = &mut self.findings.ledger;
         ledger.pairs_j += collision.energy;
-        let law = collision.energy_law;
-        ledger.pairs_law_j += if law.is_finite() { law } else { collision.energy };
+        ledger.pairs_law_j += collision.energy_law;
         self.add(collision, listener);
     }
 

@@ -169,6 +169,8 @@ fn of_judgement(findings: &Findings) -> Vec<(&'static str, String)> {
     let Counts { alone, foretold, singled, walls, ambiguous, unexplained, vague, .. } =
         findings.counts;
     let Ledger { first_j, last_j, pairs_j, pairs_law_j, clusters_j, .. } = findings.ledger;
+    let by_law =
+        if pairs_law_j.is_nan() { "unknown".to_owned() } else { format!("{pairs_law_j:+.6} J") };
     vec![
         (
             "judged",
@@ -189,7 +191,7 @@ fn of_judgement(findings: &Findings) -> Vec<(&'static str, String)> {
             "energy",
             format!(
                 "{first_j:.6} J to {last_j:.6} J; two discs alone {pairs_j:+.6} J (by the law \
-                 {pairs_law_j:+.6} J), groups {clusters_j:+.6} J, walls {:+.6} J, unexplained \
+                 {by_law}), groups {clusters_j:+.6} J, walls {:+.6} J, unexplained \
                  {:+.6} J",
                 findings.ledger.walls_j, findings.ledger.unexplained_j
             ),

@@ -283,6 +283,7 @@ impl Court<'_> {
             restitution: seen.restitution,
             angle: seen.angle,
             wrong,
+            smaller_radius: a.before.radius.min(b.before.radius),
             window: self.span.seconds,
             sight,
             kinds,
@@ -376,6 +377,7 @@ impl Court<'_> {
             restitution: (restitution.unwrap_or(f64::NAN), f64::NAN),
             angle: (0.0, f64::NAN),
             wrong: 0.0,
+            smaller_radius: self.smaller_radius(touch, group),
             window: self.span.seconds,
             sight: Sight::Foretold,
             kinds: Kinds::default(),
@@ -392,10 +394,13 @@ impl Court<'_> {
 
     /// Whether two discs overlapped when they answered, by more than what is no violation.
     fn is_late(&self, touch: &Touch, group: &[usize]) -> bool {
-        let Some(b) = touch.b else { return false };
-        let radius = |k: usize| self.flights[group[k]].before.radius;
-        let allowed = self.tolerance * radius(touch.a).min(radius(b));
+        let allowed = self.tolerance * self.smaller_radius(touch, group);
         touch.depth > allowed.max(JUDGED * touch.errors.position)
+    }
+
+    fn smaller_radius(&self, touch: &Touch, group: &[usize]) -> f64 {
+        let radius = |k: usize| self.flights[group[k]].before.radius;
+        touch.b.map_or(f64::INFINITY, radius).min(radius(touch.a))
     }
 
     /// The one contact that is not lawful, if all others are.

@@ -1,14 +1,14 @@
 //! One violation planted in each of many recordings: its name, time and pair must be found, and
 //! nothing else.
 
-use carom::audit::findings::{Break, Findings, Kind};
+use carom::audit::findings::{Break, Findings, Kind, Violation};
 use carom::audit::{Frame, Options};
 use carom::world::{Disc, Owner, Periodic};
 use glam::DVec2;
 
 use crate::audited;
 use crate::clean::told;
-use crate::common::disc;
+use crate::common::{Random, disc};
 use crate::recordings::{Engine, Gas, Spoil, Spoilt};
 
 /// How often a kind was planted, found by its name, found as a wrong group with the pair in it, and
@@ -179,16 +179,16 @@ fn what_is_answered_at_the_sample_that_overlaps_is_late_whatever_is_known() {
 
 #[test]
 fn a_stepping_engine_is_late_as_often_with_a_known_restitution_as_without() {
-    let discs: Vec<Disc> = (0..12)
+    let mut random = Random::new(7);
+    let discs: Vec<Disc> = (0..36)
         .map(|k| {
-            let place = [0.5 * f64::from(k % 4), 0.5 * f64::from(k / 4)];
-            // Towards the middle.
-            let velocity = [0.75 - place[0], 0.5 - place[1]].map(|v| 2.0 * v);
-            disc(k, place, velocity, 0.1, 1.0 + 0.2 * f64::from(k % 3))
+            let place = [0.4 * f64::from(k % 6), 0.4 * f64::from(k / 6)];
+            let velocity = DVec2::from_angle(random.uniform(0.0, std::f64::consts::TAU));
+            disc(k, place, velocity.to_array(), 0.1, 1.0 + 0.2 * f64::from(k % 3))
         })
         .collect();
     let (frames, answers) = answered_at_stamps(discs, 1.0, 90);
-    assert!(answers > 12, "{answers}");
+    assert!(answers > 20, "{answers}");
     let unknown = Options { no_walls: true, ..Options::default() };
     let late = [unknown, told(1.0, None)].map(|options| {
         let (findings, _) = audited(frames.clone(), &options);
@@ -196,7 +196,69 @@ fn a_stepping_engine_is_late_as_often_with_a_known_restitution_as_without() {
         findings.of_kind(Kind::Late)
     });
     println!("{late:?} of {answers}");
-    assert_eq!(late[0], late[1]);
+    assert!(late[1] >= late[0] && 10 * late[1] >= 9 * answers, "{late:?} {answers}");
+}
+
+/// The only violation of two discs whose velocities change at this time, when nothing is known.
+fn changed(discs: [Disc; 2], time: f64, velocities: [DVec2; 2]) -> Violation {
+    let at = |now: f64| {
+        [0, 1].map(|k| {
+            let there = moved(discs[k], now.min(time));
+            let velocity = if now >= time { velocities[k] } else { discs[k].velocity };
+            moved(Disc { velocity, ..there }, (now - time).max(0.0))
+        })
+    };
+    let (findings, _) = audited(film(60.0, 40, at), &Options::default());
+    assert_eq!(findings.violations_in_all(), 1, "{:?}", findings.violations);
+    findings.violations[0].clone()
+}
+
+#[test]
+fn severity_says_how_far_off_the_place_was_where_that_is_wrong() {
+    let discs =
+        [disc(1, [-0.5, 0.0], [1.0, 0.0], 0.1, 1.0), disc(2, [0.5, 0.0], [-1.0, 0.0], 0.2, 1.0)];
+    let swapped = [discs[1].velocity, discs[0].velocity];
+    // They would meet after 0.35 s.
+    for (time, kind, off) in
+        [(0.1, Kind::Phantom, 5.0), (0.345, Kind::Early, 0.1), (0.4, Kind::Late, 1.0)]
+    {
+        let found = changed(discs, time, swapped);
+        assert_eq!(found.kind, kind, "{found:?}");
+        assert!((found.severity - off).abs() < 1e-5, "{off}: {found:?}");
+    }
+}
+
+#[test]
+fn a_severity_is_always_a_number() {
+    let discs =
+        [disc(1, [0.0, 0.0], [0.5, 0.1], 0.1, 1.0), disc(2, [0.2, 0.0], [0.5, 0.1], 0.1, 2.0)];
+    let found = changed(discs, 0.2, discs.map(|disc| -0.1 * disc.velocity));
+    assert_eq!(found.kind, Kind::ScaledVelocities);
+    assert!(found.severity > 0.0 && found.severity < 10.0, "{found:?}");
+}
+
+#[test]
+fn without_a_law_nothing_is_told_as_the_law_s() {
+    let discs =
+        [disc(1, [-0.5, 0.0], [1.0, 0.0], 0.1, 1.0), disc(2, [0.5, 0.0], [-1.0, 0.0], 0.1, 3.0)];
+    let at = |now: f64| {
+        let part = if now > 0.4 { -1.2 } else { 1.0 };
+        discs.map(|disc| {
+            let met = moved(disc, now.min(0.4));
+            moved(Disc { velocity: part * disc.velocity, ..met }, (now - 0.4).max(0.0))
+        })
+    };
+    for (options, text) in [
+        (Options::default(), "(by the law unknown)"),
+        (told(1.0, None), "(by the law +0.000000 J)"),
+    ] {
+        let (findings, _) = audited(film(60.0, 60, at), &options);
+        assert!(findings.violations_in_all() > 0 && findings.ledger.pairs_j > 0.1);
+        let mut told = Vec::new();
+        carom::audit::tell::words(&findings, "film", &mut told).expect("memory");
+        let told = String::from_utf8(told).expect("words");
+        assert!(told.contains(text), "{told}");
+    }
 }
 
 #[test]
