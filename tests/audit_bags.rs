@@ -366,6 +366,93 @@ fn messages_that_speak_of_different_frames_are_told() {
     }
 }
 
+/// Two discs that collide once: samples, every 1/60 s.
+fn collided(how: Option<Spoil>) -> Vec<Frame> {
+    let discs = vec![
+        common::disc(0, [-0.7, 0.03], [1.1, 0.0], 0.1, 2.0),
+        common::disc(1, [0.5, 0.0], [-0.6, 0.1], 0.15, 1.0),
+    ];
+    Engine::new(discs, 0.9, None).record(60.0, 100, how, |_, _, _, _| true).0
+}
+
+/// What is told of that collision when it is as it should be, of half the restitution, and unseen.
+const COLLIDED: [(Option<Spoil>, &[&str]); 3] = [
+    (None, &[]),
+    (Some(Spoil::Energy), &["energy"]),
+    (Some(Spoil::Unseen), &["missed", "tunnelling"]),
+];
+
+fn assert_told(told: &Value, code: Option<i32>, wanted: &[&str], what: &str) {
+    let count = u64::from(!wanted.is_empty());
+    assert_eq!(
+        (told["violations"].as_u64(), code),
+        (Some(count), Some(count as i32)),
+        "{what} {told}"
+    );
+    let kind = told["worst"][0]["kind"].as_str();
+    assert!(kind.is_none_or(|kind| wanted.contains(&kind)), "{what}: {told}");
+    let judged = told["counts"]["alone"].as_u64();
+    assert!(judged == Some(1) || kind.is_some(), "{what}: {told}");
+}
+
+#[test]
+fn robots_at_different_rates_are_judged_by_what_they_do_to_each_other() {
+    let folder = folder("rates");
+    for (at, (how, wanted)) in COLLIDED.into_iter().enumerate() {
+        let frames = collided(how);
+        // The second speaks at every so many stamps only, from each of them on.
+        for (every, first) in [(1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (5, 3)] {
+            let what = format!("{at}_{every}_{first}");
+            let path = folder.join(&what);
+            let mut bag = BagWriter::create(&path, Options::default(), Vec::new()).expect("new");
+            let qos = Qos::default().to_yaml();
+            let topics = ["/a/odom", "/b/odom"]
+                .map(|name| bag.topic(name, "nav_msgs/msg/Odometry", &qos).expect("known"));
+            for (k, frame) in frames.iter().enumerate() {
+                let speak = 1 + usize::from(k % every == first);
+                for (disc, topic) in frame.discs.iter().zip(topics).take(speak) {
+                    let log = frame.time_ns as u64;
+                    bag.write(topic, log, log, &odometry(disc, frame.time_ns, 0.3)).expect("room");
+                }
+            }
+            bag.finish().expect("room");
+            let robots = ["--robot", "a=0.1,2", "--robot", "b=0.15,1"];
+            let (told, code) = json(&path, &[&robots[..], &["--restitution", "0.9"]].concat());
+            assert_told(&told, code, wanted, &what);
+        }
+    }
+}
+
+#[test]
+fn two_publishers_on_one_topic_are_one_world_or_it_is_said_that_nothing_was_judged() {
+    let folder = folder("publishers");
+    for (at, (how, wanted)) in COLLIDED.into_iter().enumerate() {
+        // At the same stamps, and each at its own.
+        for apart_ns in [0, 3_000_000] {
+            let what = format!("{at}_{apart_ns}");
+            let each = |frame: Frame| {
+                let own = |(k, disc): (i64, &Disc)| Frame {
+                    time_ns: frame.time_ns + k * apart_ns,
+                    discs: vec![*disc],
+                };
+                (0..).zip(&frame.discs).map(own).collect::<Vec<Frame>>()
+            };
+            let frames: Vec<Frame> = collided(how).into_iter().flat_map(each).collect();
+            let path = folder.join(&what);
+            bag(&path, &frames, 1, None);
+            let (told, code) = json(&path, &["--restitution", "0.9"]);
+            if apart_ns == 0 {
+                assert_told(&told, code, wanted, &what);
+                continue;
+            }
+            let said = text(&audit(&[&path.display().to_string()]).stdout);
+            let last = said.lines().last().expect("a verdict");
+            assert!(told["not_judged"].as_u64() > Some(100), "{told}");
+            assert!(last.starts_with("no violation in what was judged; not judged: 19"), "{said}");
+        }
+    }
+}
+
 #[test]
 fn broken_bags_and_bad_use_are_one_line_and_code_2() {
     let folder = folder("broken");

@@ -332,6 +332,8 @@ pub struct Counts {
     pub unsound: u64,
     /// States of discs that were not there a sample before, or were larger or heavier then.
     pub unpaired: u64,
+    /// States of discs that were silent at a stamp and were carried there along their flight.
+    pub carried: u64,
     /// Sets of samples with the stamp of the one before, which were not judged.
     pub repeated: u64,
     /// Most discs at once.
@@ -365,6 +367,14 @@ pub struct Counts {
     pub resets: u64,
     /// Discs that were somewhere else at once.
     pub teleports: u64,
+}
+
+impl Counts {
+    /// How often collisions may have happened that were not judged.
+    pub fn not_judged(&self) -> u64 {
+        let Self { ambiguous, beside, unpaired, repeated, heaped, far, .. } = self;
+        ambiguous + beside + unpaired + repeated + heaped + far
+    }
 }
 
 /// Collisions for plots, thinned evenly.

@@ -34,6 +34,8 @@ mod run;
 
 mod sequel;
 
+mod silent;
+
 mod survey;
 
 mod verdict;
@@ -202,7 +204,7 @@ impl<'a> Audit<'a> {
     pub fn hear(&mut self, frame: Frame) {
         let frame = self.sound(frame);
         if let Some(run) = &mut self.learnt {
-            run.step(frame, &mut self.listener);
+            run.hear(frame, &mut self.listener);
             return;
         }
         self.waiting += frame.discs.len();
@@ -239,7 +241,7 @@ impl<'a> Audit<'a> {
         let mut run = Run::new(law, noise, &self.options);
         run.expect_steps_of(&frames);
         for frame in frames {
-            run.step(frame, &mut self.listener);
+            run.hear(frame, &mut self.listener);
         }
         self.learnt = Some(run);
     }

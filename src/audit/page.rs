@@ -83,6 +83,7 @@ pub fn names() -> Vec<String> {
 pub fn page(findings: &Findings, name: &str) -> Page {
     let all = findings.violations_in_all();
     let lead = match all {
+        0 if findings.counts.not_judged() > 0 => "No violation in what was judged.".to_owned(),
         0 => "No violation.".to_owned(),
         1 => "One violation.".to_owned(),
         _ => format!("{all} violations."),

@@ -4,7 +4,7 @@
 //! the times of recording. The law that the recorder noted with its scene is taken over. What
 //! cannot be read is left out and said.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 use glam::DVec2;
 
@@ -296,6 +296,11 @@ struct Joined<'a> {
     parts: Frame,
     have: Vec<bool>,
     incomplete: u64,
+    /// The last stamp, until it is known that nobody else speaks of it, and whom it has.
+    held: Option<Frame>,
+    held_ids: HashSet<DiscId>,
+    /// Messages that were added to another.
+    added: u64,
     rounds: Rounds,
     /// In which messages say where discs are.
     frame_ids: BTreeSet<String>,
@@ -309,6 +314,9 @@ impl<'a> Joined<'a> {
             parts: Frame::default(),
             have: Vec::new(),
             incomplete: 0,
+            held: None,
+            held_ids: HashSet::new(),
+            added: 0,
             rounds: Rounds::new(chosen.robots.len()),
             frame_ids: BTreeSet::new(),
         }
@@ -357,7 +365,7 @@ impl<'a> Joined<'a> {
             self.incomplete += 1;
             let frame = std::mem::take(&mut self.parts);
             self.have.clear();
-            self.ready.push(frame);
+            self.complete(frame);
         }
         if self.have.is_empty() {
             self.have = vec![false; parts];
@@ -367,9 +375,27 @@ impl<'a> Joined<'a> {
         self.parts.discs.extend(discs);
         if self.have.iter().all(|have| *have) {
             self.have.clear();
-            self.ready.push(std::mem::take(&mut self.parts));
+            let frame = std::mem::take(&mut self.parts);
+            self.complete(frame);
         }
         Ok(())
+    }
+
+    /// Takes all of a message; one with the stamp of the last and other discs belongs to it.
+    fn complete(&mut self, frame: Frame) {
+        let ids = || frame.discs.iter().map(|disc| disc.id);
+        if let Some(held) = &mut self.held
+            && held.time_ns == frame.time_ns
+            && ids().all(|id| !self.held_ids.contains(&id))
+        {
+            self.held_ids.extend(ids());
+            held.discs.extend(&frame.discs);
+            self.added += 1;
+            return;
+        }
+        self.held_ids.clear();
+        self.held_ids.extend(ids());
+        self.ready.extend(self.held.replace(frame));
     }
 
     fn add_robot(&mut self, id: DiscId, message: &Message) -> Result<(), String> {
@@ -387,8 +413,10 @@ impl<'a> Joined<'a> {
     fn end(&mut self) -> Vec<Frame> {
         if !self.have.is_empty() {
             self.incomplete += 1;
-            self.ready.push(std::mem::take(&mut self.parts));
+            let frame = std::mem::take(&mut self.parts);
+            self.complete(frame);
         }
+        self.ready.extend(self.held.take());
         self.ready.extend(self.rounds.end());
         std::mem::take(&mut self.ready)
     }
@@ -400,6 +428,12 @@ impl<'a> Joined<'a> {
         }
         if self.incomplete > 0 {
             said.push(format!("{} stamps lack parts: their discs are missing", self.incomplete));
+        }
+        if self.added > 0 {
+            let added = self.added;
+            said.push(format!(
+                "{added} messages are of the stamp before, and of other discs: added"
+            ));
         }
         if self.frame_ids.len() > 1 {
             let names: Vec<String> = self.frame_ids.iter().map(|id| format!("'{id}'")).collect();
