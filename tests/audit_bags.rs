@@ -423,6 +423,50 @@ fn robots_at_different_rates_are_judged_by_what_they_do_to_each_other() {
     }
 }
 
+/// Four robots between walls at different rates: as many collisions are judged as noise allows, and
+/// none is called wrong.
+#[test]
+fn robots_at_different_rates_have_no_violation_in_noise_either() {
+    let folder = folder("rates_noise");
+    for (seed, noise) in [(1, 0.0), (2, 0.0), (1, 1.0), (2, 1.0), (3, 1.0), (4, 1.0)] {
+        let discs = common::gas(seed, 4, 2.0, (0.1, 0.15), (1.0, 2.0));
+        let walls = common::box_settings(2.0, 1.0).walls;
+        let mut engine = Engine::new(discs.clone(), 1.0, walls);
+        let (mut frames, _) = engine.record(60.0, 2400, None, |_, _, _, _| false);
+        let mut random = common::Random::new(seed);
+        recordings::with_noise(&mut frames, 1e-3 * noise, 5e-3 * noise, &mut random);
+        let path = folder.join(format!("{seed}_{noise}"));
+        let mut bag = BagWriter::create(&path, Options::default(), Vec::new()).expect("new");
+        let qos = Qos::default().to_yaml();
+        let topic = |disc: &Disc| {
+            let name = format!("/r{}/odom", disc.id);
+            bag.topic(&name, "nav_msgs/msg/Odometry", &qos).expect("known")
+        };
+        let topics: Vec<usize> = discs.iter().map(topic).collect();
+        for (k, frame) in frames.iter().enumerate() {
+            let speaks = [0, 1, 2, 3].map(|robot| k % [1, 1, 3, 5][robot] == [0, 0, 1, 2][robot]);
+            for ((disc, topic), _) in frame.discs.iter().zip(&topics).zip(speaks).filter(|x| x.1) {
+                let log = frame.time_ns as u64;
+                bag.write(*topic, log, log, &odometry(disc, frame.time_ns, 0.0)).expect("room");
+            }
+        }
+        bag.finish().expect("room");
+        let robots = discs.iter().map(|d| format!("--robot=r{}={},{}", d.id, d.radius, d.mass));
+        let robots: Vec<String> = robots.collect();
+        let robots: Vec<&str> = robots.iter().map(String::as_str).collect();
+        let (told, code) = json(&path, &[&robots[..], &["--walls", "0,0,2,2"]].concat());
+        assert_eq!(
+            (told["violations"].as_u64(), code),
+            (Some(0), Some(0)),
+            "{seed} {noise} {told}"
+        );
+        let count = |what: &str| told["counts"][what].as_u64().expect("a count");
+        let (alone, unexplained) = (count("alone"), count("unexplained"));
+        assert!(noise > 0.0 || alone > 4 * unexplained && alone > 8, "{seed}: {told}");
+        assert!(count("carried") > 3000 && alone > 0, "{seed} {noise}: {told}");
+    }
+}
+
 #[test]
 fn two_publishers_on_one_topic_are_one_world_or_it_is_said_that_nothing_was_judged() {
     let folder = folder("publishers");

@@ -220,7 +220,9 @@ impl<'a> Encounter<'a> {
         let beyond = |(value, sigma): (f64, f64), floor: f64| {
             value.abs() > (JUDGED * sigma).max(floor) && sigma.is_finite()
         };
-        let wrong = self.wrong(seen, restitution.unwrap_or(seen.restitution.0));
+        // Of a law that is not known, it is known that it only takes energy.
+        let nearest = seen.restitution.0.clamp(0.0, 1.0);
+        let wrong = self.wrong(seen, restitution.unwrap_or(nearest));
         let smaller = self.a.before.radius.min(self.b.before.radius);
         let out_of_reach = !seen.reached && beyond(seen.gap, tolerance * smaller);
         let blur = JUDGED * self.sigma().velocity;

@@ -81,7 +81,7 @@ impl Run {
     pub fn expect_steps_of(&mut self, frames: &[Frame]) {
         let mut steps: Vec<f64> = super::steps(frames).map(|(_, _, seconds)| seconds).collect();
         self.findings.usual_step = median(&mut steps);
-        self.silence.expect(frames);
+        self.silence.learn(frames);
     }
 
     /// Takes the samples of a stamp, and judges what is ready.

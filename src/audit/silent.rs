@@ -4,19 +4,23 @@
 //! and what they do to each other is judged by nobody. The stamps wait until the silent ones speak
 //! again, so their flight is known from both sides of a bend.
 //!
-//! Never carried: over a flight that no single bend explains, over a long silence, or where so few
-//! are seen at two stamps in a row that their noise is not known.
+//! Never carried: over a flight that no single sharp bend explains, over a long silence, or where so
+//! few are seen at two stamps in a row that their noise is not known.
 
 use std::collections::{HashMap, HashSet, VecDeque};
 
 use super::Frame;
-use super::flight::{Course, Means, Span};
+use super::flight::{Course, Flight, Means, Span};
+use super::judge::JUDGED;
 use super::law::Law;
 use super::noise::Noise;
 use crate::world::{Disc, DiscId};
 
 /// Stamps that wait for whoever is silent, at most.
 const WAITING_MAX: usize = 20;
+
+/// Part of a silence by which the instant of a bend in it may be unsure.
+const SHARP: f64 = 0.01;
 
 /// A disc at a stamp, ns.
 type Sample = (i64, Disc);
@@ -37,7 +41,7 @@ pub(super) struct Silence {
 
 impl Silence {
     /// Learns from the first stamps whether silence is rare enough.
-    pub fn expect(&mut self, frames: &[Frame]) {
+    pub fn learn(&mut self, frames: &[Frame]) {
         let samples: usize = frames.iter().map(|frame| frame.discs.len()).sum();
         let pairs =
             super::steps(frames).map(|(before, after, _)| super::alike(before, after).count());
@@ -122,6 +126,13 @@ fn are_alike(a: &Frame, b: &Frame) -> bool {
     a.discs.len() == b.discs.len() && pairs.all(|(a, b)| a.id == b.id)
 }
 
+/// Whether it is known on which side of a bend a time lies, and that it is one bend: not two that
+/// noise makes one, and not what a drive did.
+fn is_sharp(flight: &Flight, law: &Law, (instant, at, length): (f64, f64, f64)) -> bool {
+    let blur = JUDGED * flight.sigma.of_rest(length) / flight.change.length();
+    law.acceleration_max == 0.0 && blur <= SHARP * length && (at - instant).abs() > blur
+}
+
 /// A disc at a time between two of its samples, if one bend at most explains the later one.
 fn between(last: Sample, next: Sample, time_ns: i64, law: &Law, noise: &Noise) -> Option<Disc> {
     let ((from_ns, before), (to_ns, after)) = (last, next);
@@ -136,8 +147,10 @@ fn between(last: Sample, next: Sample, time_ns: i64, law: &Law, noise: &Noise) -
     let fall = flight.fall(law);
     let bend = match flight.course {
         Course::Quiet => whole.length,
-        Course::Bent(instant) => instant,
-        Course::Tangled | Course::Jumped => return None,
+        Course::Bent(instant) if is_sharp(&flight, law, (instant, part.length, whole.length)) => {
+            instant
+        }
+        Course::Bent(_) | Course::Tangled | Course::Jumped => return None,
     };
     let (start, by) = if part.length <= bend {
         (flight.before, part.length)

@@ -219,6 +219,10 @@ fn severity_says_how_far_off_the_place_was_where_that_is_wrong() {
         [disc(1, [-0.5, 0.0], [1.0, 0.0], 0.1, 1.0), disc(2, [0.5, 0.0], [-1.0, 0.0], 0.2, 1.0)];
     let swapped = [discs[1].velocity, discs[0].velocity];
     // They would meet after 0.35 s.
+    // Without a law too it is known that energy only shrinks.
+    let found = changed(discs, 0.35, swapped.map(|velocity| 1.2 * velocity));
+    assert_eq!(found.kind, Kind::Energy, "{found:?}");
+    assert!((found.severity - 0.1).abs() < 1e-6, "{found:?}");
     for (time, kind, off) in
         [(0.1, Kind::Phantom, 5.0), (0.345, Kind::Early, 0.1), (0.4, Kind::Late, 1.0)]
     {
