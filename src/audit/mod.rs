@@ -10,8 +10,9 @@
 //! where the discs must be at the later one, with which velocities; from both, a collision of two
 //! discs alone can be read in full. See [`Options::tolerance`] for what counts as a violation.
 //!
-//! It holds two sets of samples at a time, and the first ones until the law and the noise are
-//! known. It reads no file and no clock, and never changes what it is given.
+//! It holds two sets of samples at a time, up to 20 more while discs are silent, and the first ones
+//! until the law and the noise are known. It reads no file and no clock, and never changes what it
+//! is given.
 
 mod alone;
 

@@ -4,8 +4,8 @@
 //! and what they do to each other is judged by nobody. The stamps wait until the silent ones speak
 //! again, so their flight is known from both sides of a bend.
 //!
-//! Never carried: over a flight that no single sharp bend explains, over a long silence, or where so
-//! few are seen at two stamps in a row that their noise is not known.
+//! Never carried: over a flight that no single sharp bend explains, over a long silence, or where
+//! so few are seen at two stamps in a row that their noise is not known.
 
 use std::collections::{HashMap, HashSet, VecDeque};
 
