@@ -296,7 +296,8 @@ struct Joined<'a> {
     parts: Frame,
     have: Vec<bool>,
     incomplete: u64,
-    /// The last stamp, until it is known that nobody else speaks of it, and whom it has.
+    /// The last stamp, until it is known that nobody else speaks of it, and whom it has, if anybody
+    /// did.
     held: Option<Frame>,
     held_ids: HashSet<DiscId>,
     /// Messages that were added to another.
@@ -383,18 +384,18 @@ impl<'a> Joined<'a> {
 
     /// Takes all of a message; one with the stamp of the last and other discs belongs to it.
     fn complete(&mut self, frame: Frame) {
-        let ids = || frame.discs.iter().map(|disc| disc.id);
-        if let Some(held) = &mut self.held
-            && held.time_ns == frame.time_ns
-            && ids().all(|id| !self.held_ids.contains(&id))
-        {
-            self.held_ids.extend(ids());
-            held.discs.extend(&frame.discs);
-            self.added += 1;
-            return;
+        if let Some(held) = self.held.as_mut().filter(|held| held.time_ns == frame.time_ns) {
+            if self.held_ids.is_empty() {
+                self.held_ids.extend(held.discs.iter().map(|disc| disc.id));
+            }
+            if frame.discs.iter().all(|disc| !self.held_ids.contains(&disc.id)) {
+                self.held_ids.extend(frame.discs.iter().map(|disc| disc.id));
+                held.discs.extend(&frame.discs);
+                self.added += 1;
+                return;
+            }
         }
         self.held_ids.clear();
-        self.held_ids.extend(ids());
         self.ready.extend(self.held.replace(frame));
     }
 
