@@ -301,6 +301,202 @@ fn without_stamps_the_times_of_recording_count_and_sqlite_is_read() {
     assert!(notes.contains("stamps are 0"), "{notes}");
 }
 
+/// Names of the files in a folder.
+fn files_in(folder: &Path) -> Vec<String> {
+    let name = |entry: fs::DirEntry| entry.file_name().to_string_lossy().into_owned();
+    let mut names: Vec<String> = fs::read_dir(folder)
+        .expect("it is there")
+        .map(|entry| name(entry.expect("an entry")))
+        .collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn no_file_of_an_earlier_audit_stays_beside_a_new_page() {
+    let folder = folder("twice");
+    let [bad, good, first, out, fresh] =
+        ["bad", "good", "first", "out", "fresh"].map(|name| folder.join(name));
+    let (mut frames, _) = spoilt();
+    // A hole, and walls that are not there: all that a page may hold.
+    frames.drain(20..23);
+    bag(&bad, &frames, 1, None);
+    bag(&good, &gas().0[..3], 1, None);
+    let into = |bag: &Path, out: &Path| {
+        let [bag, out] = [bag, out].map(|path| path.display().to_string());
+        let options = ["--crash-speed", "0.01", "--no-walls"];
+        audit(&[&[bag.as_str(), "--out", out.as_str()], &options[..]].concat()).status.code()
+    };
+    assert_eq!(into(&bad, &first), Some(1));
+    let mut names = carom::audit::page::names();
+    names.extend(["collisions.csv", "index.html"].map(str::to_owned));
+    names.sort();
+    assert_eq!(files_in(&first), names);
+    assert_eq!(into(&bad, &out), Some(1));
+    for stranger in ["audit_notes.csv", "violations.csv"] {
+        fs::write(out.join(stranger), "mine").expect("room");
+    }
+    assert_eq!((into(&good, &out), into(&good, &fresh)), (Some(0), Some(0)));
+    let mut kept = files_in(&out);
+    kept.retain(|name| name != "audit_notes.csv" && name != "violations.csv");
+    assert_eq!(kept.len() + 2, files_in(&out).len());
+    assert_eq!(kept, files_in(&fresh));
+}
+
+#[test]
+fn messages_that_speak_of_different_frames_are_told() {
+    let folder = folder("frame_ids");
+    let (frames, _) = gas();
+    for (name, ids) in [("one", ["map", "map"]), ("two", ["map", "odom"])] {
+        let path = folder.join(name);
+        let mut bag = BagWriter::create(&path, Options::default(), Vec::new()).expect("new");
+        let topic = bag.topic("/arena_states", KIND, &Qos::default().to_yaml()).expect("known");
+        for (frame, id) in frames[..30].iter().zip(ids.iter().cycle()) {
+            let header = Header { stamp: stamp(frame.time_ns), frame_id: (*id).to_owned() };
+            let states = publish::arena_states(header, frame.discs.iter().copied());
+            let payload = decode::payload(&states).expect("a message");
+            bag.write(topic, frame.time_ns as u64, frame.time_ns as u64, &payload).expect("room");
+        }
+        bag.finish().expect("room");
+        let (told, _) = json(&path, &[]);
+        let notes = told["notes"].to_string();
+        let is_told =
+            notes.contains("messages speak of different frames, taken for one: 'map', 'odom'");
+        assert_eq!(is_told, name == "two", "{notes}");
+    }
+}
+
+/// Two discs that collide once: samples, every 1/60 s.
+fn collided(how: Option<Spoil>) -> Vec<Frame> {
+    let discs = vec![
+        common::disc(0, [-0.7, 0.03], [1.1, 0.0], 0.1, 2.0),
+        common::disc(1, [0.5, 0.0], [-0.6, 0.1], 0.15, 1.0),
+    ];
+    Engine::new(discs, 0.9, None).record(60.0, 100, how, |_, _, _, _| true).0
+}
+
+/// What is told of that collision when it is as it should be, of half the restitution, and unseen.
+const COLLIDED: [(Option<Spoil>, &[&str]); 3] = [
+    (None, &[]),
+    (Some(Spoil::Energy), &["energy"]),
+    (Some(Spoil::Unseen), &["missed", "tunnelling"]),
+];
+
+fn assert_told(told: &Value, code: Option<i32>, wanted: &[&str], what: &str) {
+    let count = u64::from(!wanted.is_empty());
+    assert_eq!(
+        (told["violations"].as_u64(), code),
+        (Some(count), Some(count as i32)),
+        "{what} {told}"
+    );
+    let kind = told["worst"][0]["kind"].as_str();
+    assert!(kind.is_none_or(|kind| wanted.contains(&kind)), "{what}: {told}");
+    let judged = told["counts"]["alone"].as_u64();
+    assert!(judged == Some(1) || kind.is_some(), "{what}: {told}");
+}
+
+#[test]
+fn robots_at_different_rates_are_judged_by_what_they_do_to_each_other() {
+    let folder = folder("rates");
+    for (at, (how, wanted)) in COLLIDED.into_iter().enumerate() {
+        let frames = collided(how);
+        // The second speaks at every so many stamps only, from each of them on.
+        for (every, first) in [(1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (5, 3)] {
+            let what = format!("{at}_{every}_{first}");
+            let path = folder.join(&what);
+            let mut bag = BagWriter::create(&path, Options::default(), Vec::new()).expect("new");
+            let qos = Qos::default().to_yaml();
+            let topics = ["/a/odom", "/b/odom"]
+                .map(|name| bag.topic(name, "nav_msgs/msg/Odometry", &qos).expect("known"));
+            for (k, frame) in frames.iter().enumerate() {
+                let speak = 1 + usize::from(k % every == first);
+                for (disc, topic) in frame.discs.iter().zip(topics).take(speak) {
+                    let log = frame.time_ns as u64;
+                    bag.write(topic, log, log, &odometry(disc, frame.time_ns, 0.3)).expect("room");
+                }
+            }
+            bag.finish().expect("room");
+            let robots = ["--robot", "a=0.1,2", "--robot", "b=0.15,1"];
+            let (told, code) = json(&path, &[&robots[..], &["--restitution", "0.9"]].concat());
+            assert_told(&told, code, wanted, &what);
+        }
+    }
+}
+
+/// Four robots between walls at different rates: as many collisions are judged as noise allows, and
+/// none is called wrong.
+#[test]
+fn robots_at_different_rates_have_no_violation_in_noise_either() {
+    let folder = folder("rates_noise");
+    for (seed, noise) in [(1, 0.0), (2, 0.0), (1, 1.0), (2, 1.0), (3, 1.0), (4, 1.0)] {
+        let discs = common::gas(seed, 4, 2.0, (0.1, 0.15), (1.0, 2.0));
+        let walls = common::box_settings(2.0, 1.0).walls;
+        let mut engine = Engine::new(discs.clone(), 1.0, walls);
+        let (mut frames, _) = engine.record(60.0, 2400, None, |_, _, _, _| false);
+        let mut random = common::Random::new(seed);
+        recordings::with_noise(&mut frames, 1e-3 * noise, 5e-3 * noise, &mut random);
+        let path = folder.join(format!("{seed}_{noise}"));
+        let mut bag = BagWriter::create(&path, Options::default(), Vec::new()).expect("new");
+        let qos = Qos::default().to_yaml();
+        let topic = |disc: &Disc| {
+            let name = format!("/r{}/odom", disc.id);
+            bag.topic(&name, "nav_msgs/msg/Odometry", &qos).expect("known")
+        };
+        let topics: Vec<usize> = discs.iter().map(topic).collect();
+        for (k, frame) in frames.iter().enumerate() {
+            let speaks = [0, 1, 2, 3].map(|robot| k % [1, 1, 3, 5][robot] == [0, 0, 1, 2][robot]);
+            for ((disc, topic), _) in frame.discs.iter().zip(&topics).zip(speaks).filter(|x| x.1) {
+                let log = frame.time_ns as u64;
+                bag.write(*topic, log, log, &odometry(disc, frame.time_ns, 0.0)).expect("room");
+            }
+        }
+        bag.finish().expect("room");
+        let robots = discs.iter().map(|d| format!("--robot=r{}={},{}", d.id, d.radius, d.mass));
+        let robots: Vec<String> = robots.collect();
+        let robots: Vec<&str> = robots.iter().map(String::as_str).collect();
+        let (told, code) = json(&path, &[&robots[..], &["--walls", "0,0,2,2"]].concat());
+        assert_eq!(
+            (told["violations"].as_u64(), code),
+            (Some(0), Some(0)),
+            "{seed} {noise} {told}"
+        );
+        let count = |what: &str| told["counts"][what].as_u64().expect("a count");
+        let (alone, unexplained) = (count("alone"), count("unexplained"));
+        assert!(noise > 0.0 || alone > 4 * unexplained && alone > 8, "{seed}: {told}");
+        assert!(count("carried") > 3000 && alone > 0, "{seed} {noise}: {told}");
+    }
+}
+
+#[test]
+fn two_publishers_on_one_topic_are_one_world_or_it_is_said_that_nothing_was_judged() {
+    let folder = folder("publishers");
+    for (at, (how, wanted)) in COLLIDED.into_iter().enumerate() {
+        // At the same stamps, and each at its own.
+        for apart_ns in [0, 3_000_000] {
+            let what = format!("{at}_{apart_ns}");
+            let each = |frame: Frame| {
+                let own = |(k, disc): (i64, &Disc)| Frame {
+                    time_ns: frame.time_ns + k * apart_ns,
+                    discs: vec![*disc],
+                };
+                (0..).zip(&frame.discs).map(own).collect::<Vec<Frame>>()
+            };
+            let frames: Vec<Frame> = collided(how).into_iter().flat_map(each).collect();
+            let path = folder.join(&what);
+            bag(&path, &frames, 1, None);
+            let (told, code) = json(&path, &["--restitution", "0.9"]);
+            if apart_ns == 0 {
+                assert_told(&told, code, wanted, &what);
+                continue;
+            }
+            let said = text(&audit(&[&path.display().to_string()]).stdout);
+            let last = said.lines().last().expect("a verdict");
+            assert!(told["not_judged"].as_u64() > Some(100), "{told}");
+            assert!(last.starts_with("no violation in what was judged; not judged: 19"), "{said}");
+        }
+    }
+}
+
 #[test]
 fn broken_bags_and_bad_use_are_one_line_and_code_2() {
     let folder = folder("broken");

@@ -135,6 +135,7 @@ impl Court<'_> {
             restitution: (restitution, sigma),
             angle: (normal.perp_dot(flight.change).atan2(-normal.dot(flight.change)), sigma),
             wrong: (restitution - law).abs(),
+            smaller_radius: at.radius,
             window: self.span.seconds,
             sight: Sight::Alone,
             kinds: Kinds::default(),

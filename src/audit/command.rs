@@ -92,6 +92,8 @@ pub fn audit(wanted: &Wanted, out: &mut impl Write) -> Result<u64, AuditError> {
     let name = wanted.bag.display().to_string();
     if let Some(folder) = &wanted.folder {
         let files = draw::files(page::page(&findings, &name));
+        // No table of an earlier audit may stand beside this page.
+        folder::remove_old(folder, &page::names(), &files).map_err(AuditError::Folder)?;
         folder::write(folder, &files).map_err(AuditError::Folder)?;
     }
     if wanted.json {

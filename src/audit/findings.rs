@@ -210,6 +210,8 @@ pub struct Collision {
     pub angle: (f64, f64),
     /// What is wrong with the later velocities, over the relative speed before.
     pub wrong: f64,
+    /// Radius of the smaller of the two, m.
+    pub smaller_radius: f64,
     /// Time between the samples around it, s.
     pub window: f64,
     /// How well it was seen.
@@ -235,7 +237,9 @@ pub struct Violation {
     pub place_m: [f64; 2],
     /// Speed of approach, m/s.
     pub approach_speed_mps: f64,
-    /// How wrong, without a unit: wrong part of the velocities, or depth over the smaller radius.
+    /// How wrong, without a unit: wrong part of the velocities, or distance or depth over the
+    /// smaller radius where the discs were not at each other; the larger of both. Always a number:
+    /// what is beyond all is the largest.
     pub severity: f64,
     /// With numbers.
     pub detail: String,
@@ -305,7 +309,7 @@ pub struct Ledger {
     pub last_j: f64,
     /// Gained in collisions of two discs alone.
     pub pairs_j: f64,
-    /// What these would have gained by the law.
+    /// What these would have gained by the law; NaN if the restitution is unknown.
     pub pairs_law_j: f64,
     /// Gained in groups of collisions that cannot be told apart.
     pub clusters_j: f64,
@@ -328,6 +332,8 @@ pub struct Counts {
     pub unsound: u64,
     /// States of discs that were not there a sample before, or were larger or heavier then.
     pub unpaired: u64,
+    /// States of discs that were silent at a stamp and were carried there along their flight.
+    pub carried: u64,
     /// Sets of samples with the stamp of the one before, which were not judged.
     pub repeated: u64,
     /// Most discs at once.
@@ -361,6 +367,14 @@ pub struct Counts {
     pub resets: u64,
     /// Discs that were somewhere else at once.
     pub teleports: u64,
+}
+
+impl Counts {
+    /// How often collisions may have happened that were not judged.
+    pub fn not_judged(&self) -> u64 {
+        let Self { ambiguous, beside, unpaired, repeated, heaped, far, .. } = self;
+        ambiguous + beside + unpaired + repeated + heaped + far
+    }
 }
 
 /// Collisions for plots, thinned evenly.
@@ -515,7 +529,10 @@ impl Findings {
         }
     }
 
-    pub(super) fn add_violation(&mut self, violation: Violation) {
+    pub(super) fn add_violation(&mut self, mut violation: Violation) {
+        if !violation.severity.is_finite() {
+            violation.severity = f64::MAX;
+        }
         let counter = self.by_kind.iter_mut().find(|(kind, _)| *kind == violation.kind);
         counter.into_iter().for_each(|(_, count)| *count += 1);
         let place = self.worst.partition_point(|other| other.severity >= violation.severity);
@@ -550,7 +567,7 @@ impl Findings {
 
 /// A collision as a violation.
 fn violation(collision: &Collision, kind: Kind, law: &Law) -> Violation {
-    let Collision { a, b, time, place, approach, wrong, kinds, .. } = *collision;
+    let Collision { a, b, time, place, approach, kinds, .. } = *collision;
     let mut discs = vec![a];
     if let Met::Disc(b) = b {
         discs.push(b);
@@ -563,8 +580,17 @@ fn violation(collision: &Collision, kind: Kind, law: &Law) -> Violation {
         wall: b == Met::Wall,
         place_m: place.to_array(),
         approach_speed_mps: approach,
-        severity: wrong,
+        severity: severity(collision),
         detail: detail(collision, kind, law),
+    }
+}
+
+fn severity(collision: &Collision) -> f64 {
+    let Collision { gap, wrong, smaller_radius, kinds, .. } = *collision;
+    if kinds.has(Kind::Phantom) || kinds.iter().any(Kind::is_of_instant) {
+        wrong.max(gap.abs() / smaller_radius)
+    } else {
+        wrong
     }
 }
 

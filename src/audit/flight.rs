@@ -107,9 +107,11 @@ impl Means<'_> {
             change: DVec2::ZERO,
             rest: DVec2::ZERO,
             course: Course::Quiet,
-            sigma: self.noise.of(before, &after),
+            sigma: Sigma { position: 0.0, velocity: 0.0 },
         };
         let (fall, length) = (flight.fall(self.law), span.length);
+        let slowing = self.law.drag * before.velocity.length();
+        flight.sigma = self.noise.of(before, &after, fall.length() + slowing);
         flight.change = after.velocity - before.velocity - fall * length;
         flight.rest =
             after.position - before.position - (before.velocity + 0.5 * fall * length) * length;

@@ -201,7 +201,10 @@ impl<'a> Encounter<'a> {
         } else {
             MassFractions::of(a.mass, b.mass)
         };
-        let jump = (1.0 + restitution) * seen.approach.max(0.0) * seen.normal;
+        // Of two that did not approach there is no restitution.
+        let met = seen.approach > 0.0 && restitution.is_finite();
+        let jump =
+            if met { (1.0 + restitution) * seen.approach * seen.normal } else { DVec2::ZERO };
         let off_a = self.a.change + shares.a.hi * jump;
         let off_b = self.b.change - shares.b.hi * jump;
         // Of two that were at rest to each other, what they got is all there is to compare with.
@@ -217,7 +220,9 @@ impl<'a> Encounter<'a> {
         let beyond = |(value, sigma): (f64, f64), floor: f64| {
             value.abs() > (JUDGED * sigma).max(floor) && sigma.is_finite()
         };
-        let wrong = self.wrong(seen, restitution.unwrap_or(seen.restitution.0));
+        // Of a law that is not known, it is known that it only takes energy.
+        let nearest = seen.restitution.0.clamp(0.0, 1.0);
+        let wrong = self.wrong(seen, restitution.unwrap_or(nearest));
         let smaller = self.a.before.radius.min(self.b.before.radius);
         let out_of_reach = !seen.reached && beyond(seen.gap, tolerance * smaller);
         let blur = JUDGED * self.sigma().velocity;

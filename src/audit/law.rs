@@ -7,12 +7,19 @@
 use glam::DVec2;
 use serde::Serialize;
 
-use super::noise::median;
+use super::noise::{STAMP_S, median};
 use super::{Frame, Options};
 use crate::world::{Disc, Periodic, Side, Walls};
 
 /// Contacts from which a restitution is estimated, at least.
 const CONTACTS_MIN: usize = 3;
+
+/// Steps from which what a third of all velocities do is taken for the motion of all; of fewer it
+/// must be what all of them do.
+const STEPS_MIN: usize = 3;
+
+/// How many times farther off than a third of all a velocity may be, and still tell the motion.
+const TELLING: f64 = 4.0;
 
 /// Part of the change of velocities that an estimated motion may leave unexplained.
 const UNEXPLAINED: f64 = 0.2;
@@ -104,6 +111,9 @@ impl Law {
                 drag.push(-0.5 * ratio.ln() / seconds);
             }
         });
+        if still.len() < CONTACTS_MIN {
+            return;
+        }
         let gravity = DVec2::new(median(&mut x), median(&mut y));
         let drag = median(&mut drag).max(0.0);
         let left = lower_third(&mut still);
@@ -114,15 +124,19 @@ impl Law {
             let slowed = before.velocity * libm::exp(-drag * seconds);
             slowing.push((after.velocity - slowed).length() / seconds);
         });
-        let (falling, slowing) = (lower_third(&mut falling), lower_third(&mut slowing));
+        let few = super::steps(frames).count() < STEPS_MIN;
+        let off = |values: &mut Vec<f64>| {
+            if few { values.iter().copied().fold(0.0, f64::max) } else { lower_third(values) }
+        };
+        let (falling, slowing) = (off(&mut falling), off(&mut slowing));
         if falling.min(slowing) > UNEXPLAINED * left || left == 0.0 {
             return;
         }
         self.motion_source = Source::Estimated;
         if falling < slowing {
-            self.gravity = gravity;
+            self.gravity = nearer_gravity(frames, gravity, falling);
         } else {
-            self.drag = drag;
+            self.drag = nearer_drag(frames, drag, slowing);
         }
     }
 
@@ -192,6 +206,36 @@ fn for_each_step(frames: &[Frame], mut look: impl FnMut(&Disc, &Disc, f64)) {
             .filter(|(before, _)| before.mass.is_finite())
             .for_each(|(before, after)| look(before, after, seconds));
     }
+}
+
+/// The gravity of all steps that this one explains, by least squares: each alone is off by what its
+/// stamps were rounded by. `off`: what this one leaves unexplained of a third of all, m/s^2.
+fn nearer_gravity(frames: &[Frame], gravity: DVec2, off: f64) -> DVec2 {
+    let (mut sum, mut squares) = (DVec2::ZERO, 0.0);
+    for_each_step(frames, |before, after, seconds| {
+        let left = after.velocity - before.velocity - gravity * seconds;
+        let rounding = 2.0 * STAMP_S * gravity.length();
+        if left.length() <= TELLING * off * seconds + rounding {
+            sum += left * seconds;
+            squares += seconds * seconds;
+        }
+    });
+    if squares > 0.0 { gravity + sum / squares } else { gravity }
+}
+
+/// The same of drag.
+fn nearer_drag(frames: &[Frame], drag: f64, off: f64) -> f64 {
+    let (mut sum, mut squares) = (0.0, 0.0);
+    for_each_step(frames, |before, after, seconds| {
+        let slowed = before.velocity * libm::exp(-drag * seconds);
+        let left = after.velocity - slowed;
+        let rounding = 2.0 * STAMP_S * drag * slowed.length();
+        if left.length() <= TELLING * off * seconds + rounding {
+            sum -= left.dot(slowed) * seconds;
+            squares += slowed.length_squared() * seconds * seconds;
+        }
+    });
+    if squares > 0.0 { (drag + sum / squares).max(0.0) } else { drag }
 }
 
 fn lower_third(values: &mut [f64]) -> f64 {

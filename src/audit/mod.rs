@@ -10,8 +10,9 @@
 //! where the discs must be at the later one, with which velocities; from both, a collision of two
 //! discs alone can be read in full. See [`Options::tolerance`] for what counts as a violation.
 //!
-//! It holds two sets of samples at a time, and the first ones until the law and the noise are
-//! known. It reads no file and no clock, and never changes what it is given.
+//! It holds two sets of samples at a time, up to 20 more while discs are silent, and the first ones
+//! until the law and the noise are known. It reads no file and no clock, and never changes what it
+//! is given.
 
 mod alone;
 
@@ -33,6 +34,8 @@ mod rounds;
 mod run;
 
 mod sequel;
+
+mod silent;
 
 mod survey;
 
@@ -202,7 +205,7 @@ impl<'a> Audit<'a> {
     pub fn hear(&mut self, frame: Frame) {
         let frame = self.sound(frame);
         if let Some(run) = &mut self.learnt {
-            run.step(frame, &mut self.listener);
+            run.hear(frame, &mut self.listener);
             return;
         }
         self.waiting += frame.discs.len();
@@ -239,7 +242,7 @@ impl<'a> Audit<'a> {
         let mut run = Run::new(law, noise, &self.options);
         run.expect_steps_of(&frames);
         for frame in frames {
-            run.step(frame, &mut self.listener);
+            run.hear(frame, &mut self.listener);
         }
         self.learnt = Some(run);
     }

@@ -2,7 +2,8 @@
 //!
 //! The noise is measured where nothing happened: the lower quartile of what velocities and
 //! positions do beyond free motion, of which contacts are the upper part. What was stored as f32 is
-//! known to no more than f32. Stamps are whole nanoseconds.
+//! known to no more than f32. Stamps are whole nanoseconds: of a period that is none, positions and
+//! velocities are of another instant than they say.
 
 use glam::DVec2;
 
@@ -16,10 +17,13 @@ use crate::world::Disc;
 const QUARTER: f64 = 0.758_527_5;
 
 /// Error of a stamp, s: it is rounded to a nanosecond.
-const STAMP_S: f64 = 0.5e-9;
+pub(super) const STAMP_S: f64 = 0.5e-9;
 
 /// Relative error of a number stored in 4 and in 8 bytes, with a few operations of its program.
 const FORMATS: (f64, f64) = (6e-8, 4.5e-16);
+
+/// Changes from which noise is measured: of fewer the lower quartile may be a contact.
+const CHANGES_MIN: usize = 4;
 
 /// Deviations of one component of what is recorded.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,15 +61,16 @@ impl Noise {
     /// None at all but that of the format.
     pub const NONE: Self = Self { position: 0.0, velocity: 0.0, single: false };
 
-    /// Errors of a disc that is recorded at two samples.
-    pub(super) fn of(&self, before: &Disc, after: &Disc) -> Sigma {
+    /// Errors of a disc that is recorded at two samples, under this acceleration, m/s^2.
+    pub(super) fn of(&self, before: &Disc, after: &Disc, acceleration: f64) -> Sigma {
         let format = if self.single { FORMATS.0 } else { FORMATS.1 };
         let largest = |a: DVec2, b: DVec2| a.abs().max(b.abs()).max_element();
         let place = largest(before.position, after.position);
         let speed = largest(before.velocity, after.velocity);
         let rounding = format * place + STAMP_S * speed;
         let position = self.position.max(rounding);
-        Sigma { position, velocity: self.velocity.max(format * speed) }
+        let velocity = self.velocity.max(format * speed + STAMP_S * acceleration);
+        Sigma { position, velocity }
     }
 
     /// Measures it on the first frames, under this law.
@@ -83,6 +88,9 @@ impl Noise {
                 rests.push(flight.rest.length());
             }
             lengths.push(span.length);
+        }
+        if changes.len() < CHANGES_MIN {
+            return none;
         }
         let root2 = std::f64::consts::SQRT_2;
         let velocity = quartile(&mut changes) / (QUARTER * root2);

@@ -58,10 +58,32 @@ pub fn row(collision: &Collision) -> String {
     line
 }
 
+/// Tables of a page, those that there may be.
+const TABLES: [&str; 7] = [
+    "audit_kinds",
+    "audit_worst",
+    "audit_violations",
+    "audit_energy",
+    "audit_impulses",
+    "audit_breaks",
+    "audit_crashes",
+];
+
+/// Its plots.
+const PLOTS: [&str; 5] =
+    ["audit_over_time", "audit_restitution", "audit_angle", "audit_momentum", "audit_gap"];
+
+/// Names of all files that an audit may write beside its page.
+pub fn names() -> Vec<String> {
+    let tables = TABLES.iter().chain(&PLOTS).map(|name| format!("{name}.csv"));
+    tables.chain(PLOTS.iter().map(|name| format!("{name}.svg"))).collect()
+}
+
 /// The page.
 pub fn page(findings: &Findings, name: &str) -> Page {
     let all = findings.violations_in_all();
     let lead = match all {
+        0 if findings.counts.not_judged() > 0 => "No violation in what was judged.".to_owned(),
         0 => "No violation.".to_owned(),
         1 => "One violation.".to_owned(),
         _ => format!("{all} violations."),
@@ -110,7 +132,8 @@ fn violations(findings: &Findings) -> Option<Section> {
     let text = vec![
         "A violation is what the recording shows beyond 5 deviations of its own noise, format and \
          stamps, and beyond the tolerance. Severity is the wrong part of the velocities over the \
-         relative speed, of overlaps the depth over the smaller radius."
+         relative speed; of what is early, late or out of reach, and of overlaps, the distance or \
+         depth over the smaller radius."
             .to_owned(),
     ];
     Some(Section { name: "violations", title: "Violations".to_owned(), text, items })
@@ -258,7 +281,9 @@ fn guide(all: &[&Collision], law: f64) -> Series {
 fn energy(findings: &Findings) -> Option<Section> {
     let ledger = findings.ledger;
     let row = |what: &str, gained: f64, law: Option<f64>| {
-        let law = law.map_or(String::new(), |law| format!("{law:.9e}"));
+        // Of a restitution that nobody knows there is no law.
+        let known = law.filter(|law| !law.is_nan());
+        let law = known.map_or(String::new(), |law| format!("{law:.9e}"));
         vec![what.to_owned(), format!("{gained:.9e}"), law]
     };
     let rows = vec![

@@ -4,7 +4,7 @@
 //! the times of recording. The law that the recorder noted with its scene is taken over. What
 //! cannot be read is left out and said.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 use glam::DVec2;
 
@@ -296,9 +296,15 @@ struct Joined<'a> {
     parts: Frame,
     have: Vec<bool>,
     incomplete: u64,
+    /// The last stamp, until it is known that nobody else speaks of it, and whom it has, if anybody
+    /// did.
+    held: Option<Frame>,
+    held_ids: HashSet<DiscId>,
+    /// Messages that were added to another.
+    added: u64,
     rounds: Rounds,
-    /// In which robots say where they are.
-    robot_frames: BTreeSet<String>,
+    /// In which messages say where discs are.
+    frame_ids: BTreeSet<String>,
 }
 
 impl<'a> Joined<'a> {
@@ -309,8 +315,11 @@ impl<'a> Joined<'a> {
             parts: Frame::default(),
             have: Vec::new(),
             incomplete: 0,
+            held: None,
+            held_ids: HashSet::new(),
+            added: 0,
             rounds: Rounds::new(chosen.robots.len()),
-            robot_frames: BTreeSet::new(),
+            frame_ids: BTreeSet::new(),
         }
     }
 
@@ -329,9 +338,16 @@ impl<'a> Joined<'a> {
         }
     }
 
+    fn note_frame(&mut self, frame_id: String) {
+        if self.frame_ids.len() < SAID && !self.frame_ids.contains(&frame_id) {
+            self.frame_ids.insert(frame_id);
+        }
+    }
+
     fn add_circles(&mut self, message: &Message) -> Result<(), String> {
         let states: CircleStates = decode::message(&message.payload).map_err(|e| e.to_string())?;
         let time_ns = self.time(states.header.stamp, message);
+        self.note_frame(states.header.frame_id);
         let disc = |circle: &crate::messages::CircleState| Disc {
             id: circle.id,
             position: DVec2::new(circle.x, circle.y),
@@ -350,7 +366,7 @@ impl<'a> Joined<'a> {
             self.incomplete += 1;
             let frame = std::mem::take(&mut self.parts);
             self.have.clear();
-            self.ready.push(frame);
+            self.complete(frame);
         }
         if self.have.is_empty() {
             self.have = vec![false; parts];
@@ -360,9 +376,27 @@ impl<'a> Joined<'a> {
         self.parts.discs.extend(discs);
         if self.have.iter().all(|have| *have) {
             self.have.clear();
-            self.ready.push(std::mem::take(&mut self.parts));
+            let frame = std::mem::take(&mut self.parts);
+            self.complete(frame);
         }
         Ok(())
+    }
+
+    /// Takes all of a message; one with the stamp of the last and other discs belongs to it.
+    fn complete(&mut self, frame: Frame) {
+        if let Some(held) = self.held.as_mut().filter(|held| held.time_ns == frame.time_ns) {
+            if self.held_ids.is_empty() {
+                self.held_ids.extend(held.discs.iter().map(|disc| disc.id));
+            }
+            if frame.discs.iter().all(|disc| !self.held_ids.contains(&disc.id)) {
+                self.held_ids.extend(frame.discs.iter().map(|disc| disc.id));
+                held.discs.extend(&frame.discs);
+                self.added += 1;
+                return;
+            }
+        }
+        self.held_ids.clear();
+        self.ready.extend(self.held.replace(frame));
     }
 
     fn add_robot(&mut self, id: DiscId, message: &Message) -> Result<(), String> {
@@ -372,9 +406,7 @@ impl<'a> Joined<'a> {
         let Robot { radius, mass, .. } = self.chosen.robots[id as usize];
         let (position, velocity) = (standing.position, standing.velocity);
         let disc = Disc { id, position, velocity, radius, mass };
-        if self.robot_frames.len() < SAID {
-            self.robot_frames.insert(odometry.header.frame_id);
-        }
+        self.note_frame(odometry.header.frame_id);
         self.ready.extend(self.rounds.hear(time_ns, disc));
         Ok(())
     }
@@ -382,8 +414,10 @@ impl<'a> Joined<'a> {
     fn end(&mut self) -> Vec<Frame> {
         if !self.have.is_empty() {
             self.incomplete += 1;
-            self.ready.push(std::mem::take(&mut self.parts));
+            let frame = std::mem::take(&mut self.parts);
+            self.complete(frame);
         }
+        self.ready.extend(self.held.take());
         self.ready.extend(self.rounds.end());
         std::mem::take(&mut self.ready)
     }
@@ -396,12 +430,17 @@ impl<'a> Joined<'a> {
         if self.incomplete > 0 {
             said.push(format!("{} stamps lack parts: their discs are missing", self.incomplete));
         }
-        if self.robot_frames.len() > 1 {
-            let frames: Vec<&str> = self.robot_frames.iter().map(String::as_str).collect();
+        if self.added > 0 {
+            let added = self.added;
             said.push(format!(
-                "robots speak of different frames, taken for one: {}",
-                frames.join(", ")
+                "{added} messages are of the stamp before, and of other discs: added"
             ));
+        }
+        if self.frame_ids.len() > 1 {
+            let names: Vec<String> = self.frame_ids.iter().map(|id| format!("'{id}'")).collect();
+            let who = if self.chosen.robots.is_empty() { "messages" } else { "robots" };
+            let names = names.join(", ");
+            said.push(format!("{who} speak of different frames, taken for one: {names}"));
         }
         let Rounds { moved, moved_ns, .. } = self.rounds;
         if moved > 0 {

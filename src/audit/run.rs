@@ -12,6 +12,7 @@ use super::judge::{Encounter, JUDGED};
 use super::law::Law;
 use super::noise::{Noise, median};
 use super::overlaps::Overlaps;
+use super::silent::Silence;
 use super::surroundings::Surroundings;
 use super::verdict::{Court, Verdict, gain, is_vague};
 use super::{Frame, Listener, Options, alike};
@@ -36,6 +37,7 @@ pub(super) struct Run {
     findings: Findings,
     tolerance: f64,
     surroundings: Rc<Surroundings>,
+    silence: Silence,
     last: Option<Frame>,
     overlaps: Overlaps,
     held: BTreeMap<(DiscId, DiscId), Held>,
@@ -68,20 +70,29 @@ impl Run {
             findings,
             tolerance: options.tolerance,
             surroundings: Rc::new(options.surroundings.clone()),
+            silence: Silence::default(),
             last: None,
             overlaps: Overlaps::default(),
             held: BTreeMap::new(),
         }
     }
 
-    /// The usual time between samples is that of these.
+    /// The usual time between samples is that of these, and whoever is silent.
     pub fn expect_steps_of(&mut self, frames: &[Frame]) {
         let mut steps: Vec<f64> = super::steps(frames).map(|(_, _, seconds)| seconds).collect();
         self.findings.usual_step = median(&mut steps);
+        self.silence.learn(frames);
+    }
+
+    /// Takes the samples of a stamp, and judges what is ready.
+    pub fn hear(&mut self, frame: Frame, listener: &mut Listener) {
+        let Findings { law, noise, .. } = &self.findings;
+        let ready = self.silence.hear(frame, law, noise);
+        ready.into_iter().for_each(|frame| self.step(frame, listener));
     }
 
     /// Judges what happened since the last sample.
-    pub fn step(&mut self, frame: Frame, listener: &mut Listener) {
+    fn step(&mut self, frame: Frame, listener: &mut Listener) {
         let counts = &mut self.findings.counts;
         counts.frames += 1;
         counts.samples += frame.discs.len() as u64;
@@ -106,6 +117,11 @@ impl Run {
 
     /// Ends the run.
     pub fn finish(mut self, listener: &mut Listener) -> Findings {
+        let Findings { law, noise, .. } = &self.findings;
+        let left = self.silence.end(law, noise);
+        left.into_iter().for_each(|frame| self.step(frame, listener));
+        self.findings.counts.carried = self.silence.carried;
+        self.findings.counts.samples -= self.silence.carried;
         self.end_held(f64::INFINITY, listener);
         self.end_overlaps(f64::INFINITY);
         self.findings.overlaps = self.overlaps.count;
@@ -351,8 +367,7 @@ impl Run {
     fn add_pair(&mut self, collision: &Collision, listener: &mut Listener) {
         let ledger = &mut self.findings.ledger;
         ledger.pairs_j += collision.energy;
-        let law = collision.energy_law;
-        ledger.pairs_law_j += if law.is_finite() { law } else { collision.energy };
+        ledger.pairs_law_j += collision.energy_law;
         self.add(collision, listener);
     }
 

@@ -66,6 +66,10 @@ pub(super) struct Touch {
     pub before: [DVec2; 2],
     /// Kinetic energy gained, J.
     pub energy: f64,
+    /// How deep the two overlapped already, m; 0 at a wall.
+    pub depth: f64,
+    /// Bound of the errors of both before it.
+    pub errors: Sigma,
 }
 
 /// Discs on their way.
@@ -184,6 +188,7 @@ impl Sequel {
             self.settled.push((i, j));
             return;
         };
+        let errors = self.errors_of(i, j);
         self.widen(i, j, impact.approach_speed, restitution);
         self.discs[i].velocity = impact.velocity_a;
         self.discs[j].velocity = impact.velocity_b;
@@ -197,6 +202,8 @@ impl Sequel {
             approach: impact.approach_speed,
             before: [a.velocity, b.velocity],
             energy: after - energy,
+            depth: depth(&a, &b),
+            errors,
         });
     }
 
@@ -211,6 +218,7 @@ impl Sequel {
         for contact in &resolved.contacts {
             let Partner::Disc(b) = contact.b else { continue };
             let (Some(i), Some(j)) = (place(contact.a), place(b)) else { continue };
+            let errors = self.errors_of(i, j);
             self.widen(i, j, contact.approach_speed, restitution);
             self.touches.push(Touch {
                 a: i,
@@ -221,8 +229,16 @@ impl Sequel {
                 approach: contact.approach_speed,
                 before: [before[i].velocity, before[j].velocity],
                 energy: -contact.energy_loss,
+                depth: depth(&before[i], &rules.image(&before[i], &before[j])),
+                errors,
             });
         }
+    }
+
+    /// The bound of the errors of two discs to each other.
+    fn errors_of(&self, i: usize, j: usize) -> Sigma {
+        let (a, b) = (self.errors[i], self.errors[j]);
+        Sigma { position: a.position + b.position, velocity: a.velocity + b.velocity }
     }
 
     /// What the errors of two discs become by their contact.
@@ -263,8 +279,15 @@ impl Sequel {
             approach,
             before: [disc.velocity, DVec2::ZERO],
             energy: self.discs[i].kinetic_energy() - disc.kinetic_energy(),
+            depth: 0.0,
+            errors: self.errors[i],
         });
     }
+}
+
+/// Overlap of two discs, m.
+fn depth(a: &Disc, b: &Disc) -> f64 {
+    (a.radius + b.radius - a.position.distance(b.position)).max(0.0)
 }
 
 fn pair(next: Next) -> Option<(usize, usize)> {

@@ -35,13 +35,41 @@ pub fn words(findings: &Findings, name: &str, out: &mut impl Write) -> io::Resul
 fn verdict(findings: &Findings, out: &mut impl Write) -> io::Result<()> {
     let all = findings.violations_in_all();
     if all == 0 {
-        return writeln!(out, "no violation");
+        return writeln!(out, "{}", clean(&findings.counts));
     }
     writeln!(out, "{all} violations")?;
     for (kind, count) in findings.by_kind.iter().filter(|(_, count)| *count > 0) {
         writeln!(out, "  {count:>8} {:<18} {}", kind.name(), kind.meaning())?;
     }
     Ok(())
+}
+
+/// The verdict where nothing is wrong: not more than was looked at.
+pub fn clean(counts: &Counts) -> String {
+    if counts.not_judged() == 0 {
+        return "no violation".to_owned();
+    }
+    let open = (counts.ambiguous, "groups of contacts that could not be told apart");
+    let parts = [&[open], &unseen(counts)[..]].concat();
+    format!("no violation in what was judged; not judged: {}", listed(&parts))
+}
+
+/// Where contacts may have been that nobody looked for.
+fn unseen(counts: &Counts) -> [(u64, &'static str); 5] {
+    [
+        (counts.beside, "changes at segments or robots that kick"),
+        (counts.unpaired, "states of discs that were not there, or were others, a sample before"),
+        (counts.repeated, "sets of samples with the stamp of the one before"),
+        (counts.heaped, "stamps with discs heaped on each other"),
+        (counts.far, "stamps before which discs may have flown far round the periodic box"),
+    ]
+}
+
+/// How many of what, of those that there are.
+fn listed(parts: &[(u64, &str)]) -> String {
+    let parts = parts.iter().filter(|(count, _)| *count > 0);
+    let parts: Vec<String> = parts.map(|(count, what)| format!("{count} {what}")).collect();
+    parts.join(", ")
 }
 
 fn crashes(findings: &Findings, out: &mut impl Write) -> io::Result<()> {
@@ -106,6 +134,11 @@ pub fn facts(findings: &Findings, name: &str) -> Vec<(&'static str, String)> {
     if !left.is_empty() {
         facts.push(("not judged", left));
     }
+    if counts.carried > 0 {
+        let carried = counts.carried;
+        let text = format!("{carried} states of discs silent at a stamp, along their flight to it");
+        facts.push(("carried", text));
+    }
     let said = findings.said.iter().cloned();
     facts.extend(said.map(|text| ("note", text)));
     facts
@@ -169,6 +202,8 @@ fn of_judgement(findings: &Findings) -> Vec<(&'static str, String)> {
     let Counts { alone, foretold, singled, walls, ambiguous, unexplained, vague, .. } =
         findings.counts;
     let Ledger { first_j, last_j, pairs_j, pairs_law_j, clusters_j, .. } = findings.ledger;
+    let by_law =
+        if pairs_law_j.is_nan() { "unknown".to_owned() } else { format!("{pairs_law_j:+.6} J") };
     vec![
         (
             "judged",
@@ -189,7 +224,7 @@ fn of_judgement(findings: &Findings) -> Vec<(&'static str, String)> {
             "energy",
             format!(
                 "{first_j:.6} J to {last_j:.6} J; two discs alone {pairs_j:+.6} J (by the law \
-                 {pairs_law_j:+.6} J), groups {clusters_j:+.6} J, walls {:+.6} J, unexplained \
+                 {by_law}), groups {clusters_j:+.6} J, walls {:+.6} J, unexplained \
                  {:+.6} J",
                 findings.ledger.walls_j, findings.ledger.unexplained_j
             ),
@@ -209,17 +244,10 @@ fn left_out(counts: &Counts) -> String {
         (counts.gaps, "gaps with samples missing"),
         (counts.resets, "times at which time went back"),
         (counts.teleports, "discs put elsewhere"),
-        (counts.beside, "changes at segments or robots that kick"),
         (counts.displaced, "small displacements without a cause"),
         (counts.unsound, "states that are no discs or have an id that is taken"),
-        (counts.unpaired, "states of discs that were not there, or were others, a sample before"),
-        (counts.repeated, "sets of samples with the stamp of the one before"),
-        (counts.heaped, "stamps with discs heaped on each other"),
-        (counts.far, "stamps before which discs may have flown far round the periodic box"),
     ];
-    let parts = parts.into_iter().filter(|(count, _)| *count > 0);
-    let parts: Vec<String> = parts.map(|(count, what)| format!("{count} {what}")).collect();
-    parts.join(", ")
+    listed(&[&parts[..], &unseen(counts)].concat())
 }
 
 /// All of it for a program.
@@ -239,6 +267,7 @@ struct Told<'a> {
     overlaps: u64,
     deepest_overlap_radii: f64,
     violations: u64,
+    not_judged: u64,
     by_kind: Vec<(Kind, u64)>,
     worst: &'a [Violation],
     first: &'a [Violation],
@@ -299,6 +328,7 @@ pub fn json(findings: &Findings, name: &str, out: &mut impl Write) -> io::Result
         overlaps: findings.overlaps,
         deepest_overlap_radii: findings.deepest_overlap,
         violations: findings.violations_in_all(),
+        not_judged: findings.counts.not_judged(),
         by_kind: findings.by_kind.iter().filter(|(_, count)| *count > 0).copied().collect(),
         worst: &findings.worst,
         first: first(&findings.violations),

@@ -59,6 +59,16 @@ impl Verdict {
         }
     }
 
+    /// Whether nothing is wrong but that velocities changed when discs overlapped already.
+    fn is_only_late(&self) -> bool {
+        match self {
+            Self::Collisions(collisions) => {
+                collisions.iter().all(|each| each.kinds.is_empty() || only_late(each.kinds))
+            }
+            _ => false,
+        }
+    }
+
     /// Whether all that happened is as the law says.
     pub fn is_lawful(&self) -> bool {
         match self {
@@ -154,7 +164,8 @@ impl Court<'_> {
         }
     }
 
-    /// Makes one group of several if that is lawful, in the place of `k`.
+    /// Makes one group of several if that is lawful, in the place of `k`; or if it is late, and
+    /// what was said of `k` alone is worse than that.
     fn joins(
         &self,
         judged: &mut [(Vec<usize>, Verdict)],
@@ -169,9 +180,12 @@ impl Court<'_> {
         for group in [around.with_quiet(&group), group] {
             let sequel = self.follow(&group, None).filter(|each| self.agrees(each, &group));
             if let Some(sequel) = sequel {
-                let collisions = self.foretold(&sequel, &group);
+                let verdict = Verdict::Collisions(self.foretold(&sequel, &group));
+                if !verdict.is_lawful() && judged[k].1.is_only_late() {
+                    continue;
+                }
                 members.iter().for_each(|&m| judged[m].0.clear());
-                judged[k] = (group, Verdict::Collisions(collisions));
+                judged[k] = (group, verdict);
                 return true;
             }
         }
@@ -209,6 +223,7 @@ impl Court<'_> {
         }
         match self.several(&[i, j]) {
             Some(lawful) if lawful.is_lawful() => lawful,
+            Some(late) if late.is_only_late() && (tangled || !only_late(kinds)) => late,
             _ if tangled && !self.walls_are_known() => Verdict::Ambiguous,
             // A wall may have taken what is missing.
             _ if kinds.iter().any(Kind::is_of_momentum) && self.walls_may_have_given(&[i, j]) => {
@@ -268,6 +283,7 @@ impl Court<'_> {
             restitution: seen.restitution,
             angle: seen.angle,
             wrong,
+            smaller_radius: a.before.radius.min(b.before.radius),
             window: self.span.seconds,
             sight,
             kinds,
@@ -334,7 +350,7 @@ impl Court<'_> {
         a.0.velocity.distance(b.0.velocity) <= speed && a.0.position.distance(b.0.position) <= place
     }
 
-    /// The collisions on the way, all lawful.
+    /// The collisions on the way, all lawful but for those of discs that overlapped already.
     pub(super) fn foretold(&self, sequel: &Sequel, group: &[usize]) -> Vec<Collision> {
         let touches = sequel.touches.iter();
         touches.map(|touch| self.foretold_one(touch, group)).collect()
@@ -346,7 +362,7 @@ impl Court<'_> {
             Some(_) => self.law.restitution,
             None => self.law.walls.map(|walls| walls.restitution),
         };
-        Collision {
+        let mut collision = Collision {
             time: self.time + self.span.seconds_at(touch.time, self.law.drag),
             a: id(touch.a),
             b: touch.b.map_or(Met::Wall, |b| Met::Disc(id(b))),
@@ -354,17 +370,37 @@ impl Court<'_> {
             normal: touch.normal,
             before: touch.before,
             approach: touch.approach,
-            gap: 0.0,
+            gap: -touch.depth,
             momentum: 0.0,
             energy: touch.energy,
             energy_law: touch.energy,
             restitution: (restitution.unwrap_or(f64::NAN), f64::NAN),
             angle: (0.0, f64::NAN),
             wrong: 0.0,
+            smaller_radius: self.smaller_radius(touch, group),
             window: self.span.seconds,
             sight: Sight::Foretold,
             kinds: Kinds::default(),
+        };
+        if self.is_late(touch, group) {
+            // No flight leads there, so it is not foretold: it was told by what came of it.
+            let sigma = (1.0 + collision.restitution.0) * touch.errors.velocity / touch.approach;
+            collision.restitution.1 = sigma;
+            collision.sight = Sight::Singled;
+            collision.kinds.add(Kind::Late);
         }
+        collision
+    }
+
+    /// Whether two discs overlapped when they answered, by more than what is no violation.
+    fn is_late(&self, touch: &Touch, group: &[usize]) -> bool {
+        let allowed = self.tolerance * self.smaller_radius(touch, group);
+        touch.depth > allowed.max(JUDGED * touch.errors.position)
+    }
+
+    fn smaller_radius(&self, touch: &Touch, group: &[usize]) -> f64 {
+        let radius = |k: usize| self.flights[group[k]].before.radius;
+        touch.b.map_or(f64::INFINITY, radius).min(radius(touch.a))
     }
 
     /// The one contact that is not lawful, if all others are.
@@ -620,6 +656,10 @@ impl Around {
         beside.retain(|&m| !judged[m].1.is_lawful());
         beside
     }
+}
+
+fn only_late(kinds: Kinds) -> bool {
+    kinds == Kinds::only(Kind::Late)
 }
 
 /// Whether a collision says nothing about restitution.

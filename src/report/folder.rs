@@ -2,7 +2,7 @@
 //!
 //! A file is written under another name and gets its own when it is whole, so whoever interrupts
 //! the report finds old files or new ones, never half of one. Nothing is ever deleted but our own
-//! unfinished files.
+//! unfinished files, and files by names that are ours alone.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
@@ -41,6 +41,28 @@ pub fn write(folder: &Path, files: &[(String, String)]) -> Result<(), ReportErro
     }
     for (name, _) in files {
         fs::rename(unfinished(folder, name), folder.join(name)).map_err(at_fault(name))?;
+    }
+    Ok(())
+}
+
+/// Removes files of an earlier run by these names, but for those that are written anew.
+///
+/// # Errors
+/// [`ReportError::Output`] with the file at fault.
+pub fn remove_old(
+    folder: &Path,
+    names: &[String],
+    files: &[(String, String)],
+) -> Result<(), ReportError> {
+    let is_new = |name: &String| files.iter().any(|(new, _)| new == name);
+    for name in names.iter().filter(|name| !is_new(name)) {
+        let path = folder.join(name);
+        match fs::remove_file(&path) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                return Err(ReportError::Output { path: path.display().to_string(), error });
+            }
+            _ => {}
+        }
     }
     Ok(())
 }

@@ -161,6 +161,105 @@ fn drag_and_gravity_are_told_or_found_out() {
     }
 }
 
+/// Discs that fly side by side, in touch and apart, as gravity or drag takes them.
+fn formation(rate: f64, frames: usize, gravity: DVec2, drag: f64) -> Vec<Frame> {
+    let start = DVec2::new(1.0, 0.5);
+    let place =
+        |k: usize, place: [f64; 2], mass| disc(k as u32, place, start.to_array(), 0.1, mass);
+    let discs = [
+        place(1, [0.0, 0.0], 1.0),
+        place(2, [0.2, 0.0], 2.0),
+        place(3, [0.0, 0.2], 1.0),
+        place(4, [0.41, 0.0], 3.0),
+        place(5, [4.0, 0.0], 1.0),
+    ];
+    let sample = |k: usize| {
+        let time = k as f64 / rate;
+        let length = if drag > 0.0 { (1.0 - (-drag * time).exp()) / drag } else { time };
+        let way = start * length + 0.5 * gravity * time * time;
+        let velocity = start * (-drag * time).exp() + gravity * time;
+        let moved = |disc: &Disc| Disc { position: disc.position + way, velocity, ..*disc };
+        Frame { time_ns: (1e9 * time).round() as i64, discs: discs.iter().map(moved).collect() }
+    };
+    (0..frames).map(sample).collect()
+}
+
+/// Gravity and drag, one of them none.
+const MOTIONS: [(DVec2, f64); 3] =
+    [(DVec2::new(0.0, -9.81), 0.0), (DVec2::new(1.0, -30.0), 0.0), (DVec2::ZERO, 0.5)];
+
+fn told_motion(gravity: DVec2, drag: f64, options: Options) -> Options {
+    Options { gravity: Some(gravity), drag: Some(drag), ..options }
+}
+
+#[test]
+fn stamps_that_are_no_period_are_no_violation_under_gravity_or_drag() {
+    for rate in [30.0, 60.0, 100.0, 240.0] {
+        for (gravity, drag) in MOTIONS {
+            let frames = formation(rate, 3 * rate as usize, gravity, drag);
+            let known = told_motion(gravity, drag, Options::default());
+            for options in [known, told(1.0, None), Options::default()] {
+                let (findings, collisions) = audited(frames.clone(), &options);
+                let what = format!("{rate} {gravity} {drag} {options:?} {:?}", findings.counts);
+                assert_clean(&findings, &what);
+                let counts = findings.counts;
+                let open = counts.ambiguous + counts.unexplained + counts.displaced;
+                assert_eq!((collisions.len(), open), (0, 0), "{what}");
+                assert!((findings.law.drag - drag).abs() < 1e-8, "{}", findings.law.drag);
+                assert!(findings.law.gravity.distance(gravity) < 1e-7, "{}", findings.law.gravity);
+            }
+        }
+    }
+}
+
+#[test]
+fn collisions_under_gravity_or_drag_have_no_violation_at_any_rate() {
+    let discs: Vec<Disc> = (0..20)
+        .map(|k| {
+            let place = [0.3 + 0.4 * f64::from(k % 5), 0.3 + 0.4 * f64::from(k / 5)];
+            let turn = DVec2::from_angle(2.4 * f64::from(k)) * 0.8;
+            disc(k, place, turn.to_array(), 0.08, 1.0 + 0.1 * f64::from(k))
+        })
+        .collect();
+    let walls = Walls { min: DVec2::ZERO, max: DVec2::splat(2.4), restitution: 1.0 };
+    for rate in [30.0, 60.0, 100.0, 240.0] {
+        for (gravity, drag) in MOTIONS {
+            let settings = Settings { walls: Some(walls), drag, ..Settings::default() };
+            let settings = Settings { gravity: Some(gravity), ..settings };
+            let plan = carom::plan::Plan::of(&settings, &discs);
+            let mut arena = carom::motion::arena::Arena::new(&plan, plan.laws(&settings), &discs);
+            let frames = sampled(&mut arena, rate, 3 * rate as usize);
+            let known = told_motion(gravity, drag, told(1.0, Some(walls)));
+            for options in [known, told(1.0, Some(walls))] {
+                let (findings, collisions) = audited(frames.clone(), &options);
+                let what = format!("{rate} {gravity} {drag} {options:?} {:?}", findings.counts);
+                assert_clean(&findings, &what);
+                assert!(collisions.len() > 30, "{what}");
+                assert_eq!(findings.counts.unexplained, 0, "{what}");
+            }
+        }
+    }
+}
+
+#[test]
+fn one_collision_in_two_or_three_samples_is_no_motion_of_all() {
+    let discs = [
+        disc(1, [-0.2, 0.03], [1.5, 0.0], 0.1, 2.0),
+        disc(2, [0.2, 0.0], [-0.25, 0.125], 0.1, 1.0),
+    ];
+    let (frames, contacts) = plain(&Settings::default(), &discs, 60.0, 60);
+    assert_eq!(contacts.len(), 1);
+    let hit = frames.iter().position(|frame| 1e-9 * frame.time_ns as f64 > contacts[0].time);
+    let hit = hit.expect("a sample after it");
+    for (before, after) in [(1, 1), (2, 1), (1, 2), (2, 2), (5, 1)] {
+        let few = frames[hit - before..hit + after].to_vec();
+        let (findings, collisions) = audited(few, &Options::default());
+        assert_clean(&findings, &format!("{before} {after}"));
+        assert_eq!((findings.law.gravity, findings.law.drag), (DVec2::ZERO, 0.0));
+        assert_eq!(collisions.len(), 1);
+    }
+}
+
 #[test]
 fn the_shipped_scenes_have_no_violation() {
     for name in ["arena", "break_shot", "newtons_cradle", "head_on"] {

@@ -1,14 +1,14 @@
 //! One violation planted in each of many recordings: its name, time and pair must be found, and
 //! nothing else.
 
-use carom::audit::findings::{Break, Findings, Kind};
+use carom::audit::findings::{Break, Findings, Kind, Violation};
 use carom::audit::{Frame, Options};
 use carom::world::{Disc, Owner, Periodic};
 use glam::DVec2;
 
 use crate::audited;
 use crate::clean::told;
-use crate::common::disc;
+use crate::common::{Random, disc};
 use crate::recordings::{Engine, Gas, Spoil, Spoilt};
 
 /// How often a kind was planted, found by its name, found as a wrong group with the pair in it, and
@@ -128,6 +128,141 @@ fn large_slow_discs_that_pass_through_each_other_miss_their_collision() {
     let meet = (1.0 - (0.2f64.powi(2) - 0.05f64.powi(2)).sqrt()) / 2.0;
     assert_eq!((kind, pair), (Kind::Missed, vec![1, 2]));
     assert!((time - meet).abs() < 1e-9, "{time} {meet}");
+}
+
+/// What an engine records that looks for overlaps only at the stamps and then answers them
+/// lawfully, with how many it answered.
+fn answered_at_stamps(mut discs: Vec<Disc>, restitution: f64, frames: usize) -> (Vec<Frame>, u64) {
+    let (mut all, mut answers) = (Vec::new(), 0);
+    for k in 0..frames {
+        let time_ns = (1e9 * k as f64 / 60.0).round() as i64;
+        all.push(Frame { time_ns, discs: discs.clone() });
+        for (i, j) in (0..discs.len()).flat_map(|i| (0..i).map(move |j| (j, i))) {
+            let (a, b) = (discs[i], discs[j]);
+            let d = b.position - a.position;
+            let (n, approach) = (d.normalize(), -d.normalize().dot(b.velocity - a.velocity));
+            if d.length() >= a.radius + b.radius || approach <= 0.0 {
+                continue;
+            }
+            let impulse = (1.0 + restitution) * approach / (1.0 / a.mass + 1.0 / b.mass) * n;
+            discs[i].velocity -= impulse / a.mass;
+            discs[j].velocity += impulse / b.mass;
+            answers += 1;
+        }
+        discs.iter_mut().for_each(|disc| disc.position += disc.velocity / 60.0);
+    }
+    (all, answers)
+}
+
+#[test]
+fn what_is_answered_at_the_sample_that_overlaps_is_late_whatever_is_known() {
+    let pair =
+        [disc(1, [-0.51, 0.0], [1.5, 0.0], 0.1, 1.0), disc(2, [0.5, 0.05], [-0.5, 0.1], 0.15, 3.0)];
+    // The first two overlap at the sample from which the second reaches the third in time.
+    let row = [
+        disc(1, [-0.005, 0.0], [1.0, 0.0], 0.1, 1.0),
+        disc(2, [0.2, 0.0], [0.0; 2], 0.1, 1.0),
+        disc(3, [0.41, 0.0], [0.0; 2], 0.1, 1.0),
+    ];
+    for (discs, restitution) in [(&pair[..], 1.0), (&pair[..], 0.5), (&row[..], 1.0)] {
+        let (frames, answers) = answered_at_stamps(discs.to_vec(), restitution, 60);
+        assert!(answers as usize == discs.len() - 1);
+        for options in [told(restitution, None), Options { no_walls: true, ..Options::default() }] {
+            let (findings, collisions) = audited(frames.clone(), &options);
+            let what = format!("{restitution} {options:?} {:?}", findings.violations);
+            assert_eq!(findings.of_kind(Kind::Late), answers, "{what}");
+            assert_eq!(findings.violations_in_all(), answers, "{what}");
+            assert_eq!((findings.counts.foretold, collisions.len() as u64), (0, answers));
+        }
+    }
+}
+
+#[test]
+fn a_stepping_engine_is_late_as_often_with_a_known_restitution_as_without() {
+    let mut random = Random::new(7);
+    let discs: Vec<Disc> = (0..36)
+        .map(|k| {
+            let place = [0.4 * f64::from(k % 6), 0.4 * f64::from(k / 6)];
+            let velocity = DVec2::from_angle(random.uniform(0.0, std::f64::consts::TAU));
+            disc(k, place, velocity.to_array(), 0.1, 1.0 + 0.2 * f64::from(k % 3))
+        })
+        .collect();
+    let (frames, answers) = answered_at_stamps(discs, 1.0, 90);
+    assert!(answers > 20, "{answers}");
+    let unknown = Options { no_walls: true, ..Options::default() };
+    let late = [unknown, told(1.0, None)].map(|options| {
+        let (findings, _) = audited(frames.clone(), &options);
+        println!("{:?} {:?}", findings.counts, findings.by_kind);
+        findings.of_kind(Kind::Late)
+    });
+    println!("{late:?} of {answers}");
+    assert!(late[1] >= late[0] && 10 * late[1] >= 9 * answers, "{late:?} {answers}");
+}
+
+/// The only violation of two discs whose velocities change at this time, when nothing is known.
+fn changed(discs: [Disc; 2], time: f64, velocities: [DVec2; 2]) -> Violation {
+    let at = |now: f64| {
+        [0, 1].map(|k| {
+            let there = moved(discs[k], now.min(time));
+            let velocity = if now >= time { velocities[k] } else { discs[k].velocity };
+            moved(Disc { velocity, ..there }, (now - time).max(0.0))
+        })
+    };
+    let (findings, _) = audited(film(60.0, 40, at), &Options::default());
+    assert_eq!(findings.violations_in_all(), 1, "{:?}", findings.violations);
+    findings.violations[0].clone()
+}
+
+#[test]
+fn severity_says_how_far_off_the_place_was_where_that_is_wrong() {
+    let discs =
+        [disc(1, [-0.5, 0.0], [1.0, 0.0], 0.1, 1.0), disc(2, [0.5, 0.0], [-1.0, 0.0], 0.2, 1.0)];
+    let swapped = [discs[1].velocity, discs[0].velocity];
+    // They would meet after 0.35 s.
+    // Without a law too it is known that energy only shrinks.
+    let found = changed(discs, 0.35, swapped.map(|velocity| 1.2 * velocity));
+    assert_eq!(found.kind, Kind::Energy, "{found:?}");
+    assert!((found.severity - 0.1).abs() < 1e-6, "{found:?}");
+    for (time, kind, off) in
+        [(0.1, Kind::Phantom, 5.0), (0.345, Kind::Early, 0.1), (0.4, Kind::Late, 1.0)]
+    {
+        let found = changed(discs, time, swapped);
+        assert_eq!(found.kind, kind, "{found:?}");
+        assert!((found.severity - off).abs() < 1e-5, "{off}: {found:?}");
+    }
+}
+
+#[test]
+fn a_severity_is_always_a_number() {
+    let discs =
+        [disc(1, [0.0, 0.0], [0.5, 0.1], 0.1, 1.0), disc(2, [0.2, 0.0], [0.5, 0.1], 0.1, 2.0)];
+    let found = changed(discs, 0.2, discs.map(|disc| -0.1 * disc.velocity));
+    assert_eq!(found.kind, Kind::ScaledVelocities);
+    assert!(found.severity > 0.0 && found.severity < 10.0, "{found:?}");
+}
+
+#[test]
+fn without_a_law_nothing_is_told_as_the_law_s() {
+    let discs =
+        [disc(1, [-0.5, 0.0], [1.0, 0.0], 0.1, 1.0), disc(2, [0.5, 0.0], [-1.0, 0.0], 0.1, 3.0)];
+    let at = |now: f64| {
+        let part = if now > 0.4 { -1.2 } else { 1.0 };
+        discs.map(|disc| {
+            let met = moved(disc, now.min(0.4));
+            moved(Disc { velocity: part * disc.velocity, ..met }, (now - 0.4).max(0.0))
+        })
+    };
+    for (options, text) in [
+        (Options::default(), "(by the law unknown)"),
+        (told(1.0, None), "(by the law +0.000000 J)"),
+    ] {
+        let (findings, _) = audited(film(60.0, 60, at), &options);
+        assert!(findings.violations_in_all() > 0 && findings.ledger.pairs_j > 0.1);
+        let mut told = Vec::new();
+        carom::audit::tell::words(&findings, "film", &mut told).expect("memory");
+        let told = String::from_utf8(told).expect("words");
+        assert!(told.contains(text), "{told}");
+    }
 }
 
 #[test]
