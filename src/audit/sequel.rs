@@ -11,6 +11,7 @@ use glam::DVec2;
 use super::noise::Sigma;
 use crate::detect::falling::falling_wall_impact;
 use crate::detect::impact::{pair_impact, wall_impact};
+use crate::detect::touching::gap;
 use crate::resolve::pair::{MassFractions, collide};
 use crate::resolve::touching::resolve_in;
 use crate::world::{Disc, Partner, Periodic, Walls};
@@ -287,7 +288,7 @@ impl Sequel {
 
 /// Overlap of two discs, m.
 fn depth(a: &Disc, b: &Disc) -> f64 {
-    (a.radius + b.radius - a.position.distance(b.position)).max(0.0)
+    (-gap(a, b)).max(0.0)
 }
 
 fn pair(next: Next) -> Option<(usize, usize)> {

@@ -15,6 +15,9 @@ use crate::world::{Contact, Disc, Owner, Pace, Partner, Settings};
 const OFFSETS: u32 = 24;
 const PHASES: u32 = 12;
 
+/// Way on which two come together, in contact distances, at least.
+const WAY: f64 = 3.0;
+
 /// Mean square of relative speed over that of approach where all impact parameters are alike.
 const SPEED_OVER_APPROACH: f64 = 1.5;
 
@@ -43,7 +46,7 @@ impl Encounter {
         let rate = self.speed / (self.radii[0] + self.radii[1]);
         let [a, b] = self.masses;
         let coordinate = self.at.abs() / (self.radii[0] + self.radii[1]);
-        Meetings { rate, weighted: rate * (a * b / (a + b)).sqrt(), coordinate, way: 3.0 }
+        Meetings { rate, weighted: rate * (a * b / (a + b)).sqrt(), coordinate, way: WAY }
     }
 
     /// Error of the contact, root mean square, over the relative speed.
@@ -68,7 +71,7 @@ impl Encounter {
         // Along no axis: each formula has its rounding.
         let along = DVec2::from_angle(0.7 + phase);
         let contact = along.rotate(DVec2::new(-(1.0 - offset * offset).sqrt(), offset));
-        let settled = 3.0 * reach / self.speed;
+        let settled = WAY * reach / self.speed;
         let step = if let Way::Steps(step) = way { step } else { 0.01 * settled };
         let time = ((settled / step).ceil() + phase) * step;
         let relative = along * self.speed;

@@ -512,16 +512,13 @@ fn check_numbers(laws: &Laws, stepping: &Stepping, inverse_mass: f64) -> Result<
     }
     // Rates and their squares, and what a step makes of them, must be numbers too.
     let stiffest = laws.stiffness.max(laws.damping * laws.damping * inverse_mass) * inverse_mass;
-    let (stiff, wanted) = ("stiffness over mass", "below 1e200 1/s^2 for the lightest discs");
+    let bounded = |what, value: f64, wanted| {
+        if value < 1e200 { Ok(()) } else { Err(Refused::Number { what, value, wanted }) }
+    };
+    bounded("stiffness over mass", stiffest, "below 1e200 1/s^2 for the lightest discs")?;
     let per_step = stiffest * stepping.step * stepping.step;
-    let in_a_step =
-        ("stiffness over mass times step squared", "below 1e200 for the lightest discs");
-    for ((what, wanted), value) in [((stiff, wanted), stiffest), (in_a_step, per_step)] {
-        if value.is_nan() || value >= 1e200 {
-            return Err(Refused::Number { what, value, wanted });
-        }
-    }
-    Ok(())
+    let what = "stiffness over mass times step squared";
+    bounded(what, per_step, "below 1e200 for the lightest discs")
 }
 
 /// The force between two bodies, N; positive = apart.

@@ -17,7 +17,7 @@ use crate::motion::plain::Laws;
 use crate::motion::springs::{self, Ending, Scheme};
 use crate::motion::steps::Stepping;
 use crate::world::{Disc, Pace, Segments, Settings, Walls};
-use parts::{Part, Parts};
+use parts::{Part, Parts, brings_energy};
 
 /// Up to so many discs looking at all pairs is quicker than building a grid (measured: `cargo
 /// bench --bench resolver`).
@@ -174,7 +174,7 @@ impl Plan {
                 Some("drag; take events or plain")
             }
             Method::Springs if laws.periodic.is_some() => Some("periodic boxes; take steps"),
-            Method::Springs if settings.walls.is_some() && pucks.iter().any(is_pushed_on) => {
+            Method::Springs if settings.walls.is_some() && pucks.iter().any(brings_energy) => {
                 Some("fixed pucks that move among walls, which no spring stops; take ticks")
             }
             Method::Springs if loses_energy(settings) => {
@@ -243,11 +243,6 @@ fn boundary(settings: &Settings) -> (Option<Walls>, Option<Segments>) {
         (None, Some(walls)) => (Some(walls), None),
         (walls, _) => (walls, segments),
     }
-}
-
-/// Whether it moves whatever is in its way.
-fn is_pushed_on(disc: &Disc) -> bool {
-    disc.mass.is_infinite() && disc.velocity != DVec2::ZERO
 }
 
 fn loses_energy(settings: &Settings) -> bool {

@@ -126,8 +126,11 @@ fn every_number_of_a_collision_alone_is_the_true_one() {
     assert!(found.gap.abs() < 1e-8 && found.momentum < 1e-12);
 }
 
-#[test]
-fn drag_and_gravity_are_told_or_found_out() {
+/// Walls around twenty discs of several masses.
+const WALLS: Walls = Walls { min: DVec2::ZERO, max: DVec2::splat(2.4), restitution: 1.0 };
+
+/// Samples of the twenty, under these laws within their walls.
+fn twenty(settings: Settings, rate: f64, frames: usize) -> Vec<Frame> {
     let discs: Vec<Disc> = (0..20)
         .map(|k| {
             let place = [0.3 + 0.4 * f64::from(k % 5), 0.3 + 0.4 * f64::from(k / 5)];
@@ -135,22 +138,26 @@ fn drag_and_gravity_are_told_or_found_out() {
             disc(k, place, turn.to_array(), 0.08, 1.0 + 0.1 * f64::from(k))
         })
         .collect();
-    let walls = Walls { min: DVec2::ZERO, max: DVec2::splat(2.4), restitution: 1.0 };
-    let free = Settings { walls: Some(walls), ..Settings::default() };
-    let slowed = Settings { drag: 0.3, ..free };
-    let falling = Settings { gravity: Some(DVec2::new(0.5, -1.0)), ..free };
+    let settings = Settings { walls: Some(WALLS), ..settings };
+    let plan = carom::plan::Plan::of(&settings, &discs);
+    let mut arena = carom::motion::arena::Arena::new(&plan, plan.laws(&settings), &discs);
+    sampled(&mut arena, rate, frames)
+}
+
+#[test]
+fn drag_and_gravity_are_told_or_found_out() {
+    let slowed = Settings { drag: 0.3, ..Settings::default() };
+    let falling = Settings { gravity: Some(DVec2::new(0.5, -1.0)), ..Settings::default() };
     for (settings, drag, gravity) in
         [(slowed, 0.3, DVec2::ZERO), (falling, 0.0, DVec2::new(0.5, -1.0))]
     {
-        let plan = carom::plan::Plan::of(&settings, &discs);
-        let mut arena = carom::motion::arena::Arena::new(&plan, plan.laws(&settings), &discs);
-        let frames = sampled(&mut arena, 120.0, 600);
+        let frames = twenty(settings, 120.0, 600);
         let known = Options {
             drag: Some(drag).filter(|drag| *drag > 0.0),
             gravity: Some(gravity).filter(|gravity| gravity.length() > 0.0),
-            ..told(1.0, Some(walls))
+            ..told(1.0, Some(WALLS))
         };
-        for options in [known, told(1.0, Some(walls))] {
+        for options in [known, told(1.0, Some(WALLS))] {
             let (findings, collisions) = audited(frames.clone(), &options);
             assert_clean(&findings, &format!("{options:?}"));
             assert!((findings.law.drag - drag).abs() < 1e-6, "{}", findings.law.drag);
@@ -214,23 +221,12 @@ fn stamps_that_are_no_period_are_no_violation_under_gravity_or_drag() {
 
 #[test]
 fn collisions_under_gravity_or_drag_have_no_violation_at_any_rate() {
-    let discs: Vec<Disc> = (0..20)
-        .map(|k| {
-            let place = [0.3 + 0.4 * f64::from(k % 5), 0.3 + 0.4 * f64::from(k / 5)];
-            let turn = DVec2::from_angle(2.4 * f64::from(k)) * 0.8;
-            disc(k, place, turn.to_array(), 0.08, 1.0 + 0.1 * f64::from(k))
-        })
-        .collect();
-    let walls = Walls { min: DVec2::ZERO, max: DVec2::splat(2.4), restitution: 1.0 };
     for rate in [30.0, 60.0, 100.0, 240.0] {
         for (gravity, drag) in MOTIONS {
-            let settings = Settings { walls: Some(walls), drag, ..Settings::default() };
-            let settings = Settings { gravity: Some(gravity), ..settings };
-            let plan = carom::plan::Plan::of(&settings, &discs);
-            let mut arena = carom::motion::arena::Arena::new(&plan, plan.laws(&settings), &discs);
-            let frames = sampled(&mut arena, rate, 3 * rate as usize);
-            let known = told_motion(gravity, drag, told(1.0, Some(walls)));
-            for options in [known, told(1.0, Some(walls))] {
+            let settings = Settings { drag, gravity: Some(gravity), ..Settings::default() };
+            let frames = twenty(settings, rate, 3 * rate as usize);
+            let known = told_motion(gravity, drag, told(1.0, Some(WALLS)));
+            for options in [known, told(1.0, Some(WALLS))] {
                 let (findings, collisions) = audited(frames.clone(), &options);
                 let what = format!("{rate} {gravity} {drag} {options:?} {:?}", findings.counts);
                 assert_clean(&findings, &what);

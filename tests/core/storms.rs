@@ -1,8 +1,10 @@
 //! Thousands of contacts at one instant: all of them happen, or the arena says that it stands.
 
+use carom::bench::collision::arena;
 use carom::motion::arena::Arena;
 use carom::motion::events::Events;
-use carom::plan::{Method, Plan};
+use carom::plan::Method;
+use carom::plan::budget::Way;
 use carom::world::{Disc, Owner, Settings, Walls};
 use glam::DVec2;
 
@@ -31,12 +33,6 @@ fn run(arena: &mut Arena, until: f64) -> Result<(), String> {
         arena.advance(until, &mut contacts).map_err(|stall| stall.to_string())?;
     }
     panic!("it neither stalls nor goes on");
-}
-
-fn arena(settings: &Settings, discs: &[Disc], method: Method) -> Arena {
-    let mut plan = Plan::of(settings, discs);
-    plan.choose(Some(method), settings, discs).expect("suits");
-    Arena::new(&plan, plan.laws(settings), discs)
 }
 
 #[test]
@@ -72,7 +68,7 @@ fn a_disc_without_a_way_out_stalls_every_exact_method_however_many_others_there_
         let discs: Vec<Disc> = [press, victim].into_iter().chain(bystanders(others, 2.5)).collect();
         let settings = box_settings(3.0, 1.0);
         for method in [Method::Events, Method::Plain, Method::Ticks] {
-            let mut arena = arena(&settings, &discs, method);
+            let mut arena = arena(Way::Exact(method), &settings, &discs).expect("suits");
             let outcome = run(&mut arena, 3.0);
             assert!(outcome.is_err(), "{method}, {others} others: {:?}", arena.now());
             assert!((arena.now() - 0.6).abs() < 1e-6, "{method}: {}", arena.now());
@@ -88,7 +84,7 @@ fn a_heavy_disc_that_falls_on_a_light_one_lets_nobody_through_the_floor() {
     let light = disc(0, [1.0, 0.1], [0.0, 0.0], 0.1, 0.001);
     let heavy = disc(1, [1.001, 0.5], [0.0, -0.5], 0.1, 1.0);
     let discs: Vec<Disc> = [light, heavy].into_iter().chain(bystanders(60, 2.5)).collect();
-    let mut arena = arena(&settings, &discs, Method::Events);
+    let mut arena = arena(Way::Exact(Method::Events), &settings, &discs).expect("suits");
     let outcome = run(&mut arena, 1.5);
     let inside = |disc: Disc| disc.position.y > disc.radius - 1e-9;
     assert!(arena.discs(Owner::Simulated).all(inside), "{outcome:?}");
