@@ -82,7 +82,8 @@ struct GasArguments {
     #[arg(value_parser = METHODS)]
     method: String,
     /// Length of a step of the methods steps and springs, s.
-    #[arg(long, value_name = "S", default_value = "0.004166666666666667", value_parser = seconds)]
+    #[arg(long, value_name = "S", default_value = "0.004166666666666667")]
+    #[arg(value_parser = to_one_second)]
     step: f64,
     /// Collisions to be timed.
     #[arg(long, value_name = "K", default_value = "1000000")]
@@ -92,7 +93,7 @@ struct GasArguments {
     #[arg(long, value_name = "S", default_value = "1")]
     seed: u64,
     /// Collisions of a disc before anything is measured.
-    #[arg(long, value_name = "K", default_value = "30", value_parser = at_least_0)]
+    #[arg(long, value_name = "K", default_value = "30", value_parser = to_a_million)]
     melt: f64,
     /// Radii: every second disc larger than the others, or as much covered by every octave.
     #[arg(long, value_name = "W", default_value = "two")]
@@ -675,7 +676,15 @@ fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
 }
 
 fn fraction(text: &str) -> Result<f64, String> {
-    number(text, |x| x > 0.0 && x < 0.9, "a number above 0 and below 0.9")
+    number(text, |x| (1e-6..0.9).contains(&x), "a number from 1e-6 to below 0.9")
+}
+
+fn to_one_second(text: &str) -> Result<f64, String> {
+    number(text, |x| x > 0.0 && x <= 1.0, "a number of seconds above 0, up to 1")
+}
+
+fn to_a_million(text: &str) -> Result<f64, String> {
+    number(text, |x| (0.0..=1e6).contains(&x), "a number from 0 to 1e6")
 }
 
 fn number(text: &str, right: impl Fn(f64) -> bool, wanted: &str) -> Result<f64, String> {
