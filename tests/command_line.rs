@@ -50,7 +50,7 @@ fn the_wire_is_for_leagues_and_says_what_it_needs() {
 
 #[test]
 fn bad_use_is_one_line_and_exit_code_2() {
-    let cases: [(&[&str], &str); 21] = [
+    let cases: [(&[&str], &str); 24] = [
         (&["run", "arena", "--step", "0.01"], "--step: method events has no step; leave it out"),
         (&["replay", "bag", "--rate", "-1"], "'--rate <FACTOR>': must be a number of 0 or more"),
         (&["audit", "bag", "--crash-speed", "-1"], "'--crash-speed <MPS>': must be a number of 0"),

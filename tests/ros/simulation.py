@@ -139,6 +139,9 @@ def check_entities(simulation):
     assert simulation.entities(bounds=sphere) == []
     broken = simulation.call("GetEntities", filters=EntityFilters(filter="("))
     assert broken.result.result == FAILED and "filter" in broken.result.error_message
+    tags = TagsFilter(tags=["spawned"], filter_mode=9)
+    broken = simulation.call("GetEntities", filters=EntityFilters(tags=tags))
+    assert broken.result.result == FAILED and "filter_mode 9" in broken.result.error_message
     info = simulation.call("GetEntityInfo", entity="left").info
     assert info.category.category == EntityCategory.CATEGORY_ROBOT and "driven" in info.tags, info
     bounds = simulation.call("GetEntityBounds", entity="left").bounds
@@ -241,6 +244,8 @@ def check_reset(simulation):
     assert simulation.verdict("ResetSimulation", scope=2) == OK, "state alone"
     start = simulation.entity("left").pose.position.x
     assert simulation.time() == later and start != moved
+    assert simulation.verdict("ResetSimulation", scope=8) == FAILED, "no such scope"
+    assert simulation.time() == later, "a refusal changes nothing"
     assert simulation.verdict("DeleteEntity", entity="right") == OK
     assert simulation.set_state(STOPPED) == OK
     assert simulation.entities() == ["left", "right"], "what was deleted is back"

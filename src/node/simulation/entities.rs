@@ -66,6 +66,9 @@ pub fn filtered<'a>(
 ) -> Result<Vec<(&'a Puck, Disc)>, String> {
     let name = pattern(&filters.filter)?;
     let area = Area::of(&filters.bounds)?;
+    if filters.tags.filter_mode > 1 {
+        return Err(format!("filter_mode {} is none: 0 = any, 1 = all", filters.tags.filter_mode));
+    }
     let kind = |puck: &Puck| {
         let wanted = |kind: &EntityCategory| kind.category == category_of(puck);
         filters.categories.is_empty() || filters.categories.iter().any(wanted)

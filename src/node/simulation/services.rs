@@ -220,6 +220,10 @@ fn reset(stage: &mut Stage, wanted: u8, now: Instant) -> (Effect, Verdict) {
         return (Effect::default(), refused(code::INCORRECT_STATE, NO_WORLD));
     }
     let wanted = if wanted == 0 { scope::ALL } else { wanted };
+    if wanted != scope::ALL && wanted & !(scope::TIME | scope::STATE | scope::SPAWNED) != 0 {
+        let why = format!("scope {wanted} is none: a sum of 1 (time), 2 (state), 4 (spawned)");
+        return (Effect::default(), failed(why));
+    }
     let has = |bit: u8| wanted & bit != 0;
     let scope =
         Scope { time: has(scope::TIME), state: has(scope::STATE), spawned: has(scope::SPAWNED) };
