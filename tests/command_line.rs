@@ -50,12 +50,13 @@ fn the_wire_is_for_leagues_and_says_what_it_needs() {
 
 #[test]
 fn bad_use_is_one_line_and_exit_code_2() {
-    let cases: [(&[&str], &str); 24] = [
+    let cases: [(&[&str], &str); 25] = [
         (&["run", "arena", "--step", "0.01"], "--step: method events has no step; leave it out"),
         (&["replay", "bag", "--rate", "-1"], "'--rate <FACTOR>': must be a number of 0 or more"),
         (&["audit", "bag", "--crash-speed", "-1"], "'--crash-speed <MPS>': must be a number of 0"),
         (&["bench", "gas", "--discs", "-5"], "-5 is not in 4..=10000000"),
         (&["bench", "gas", "--area-fraction", "1e-12"], "must be a number from 1e-6 to below 0.9"),
+        (&["bench", "gas", "--discs", "4"], "a periodic box has 8 discs at least"),
         (&["bench", "gas", "--melt", "1e30"], "must be a number from 0 to 1e6"),
         (&["bench", "gas", "--step", "1e300"], "must be a number of seconds above 0, up to 1"),
         (&["bench", "gas", "--method", "springs"], "take steps, or --boundary walls"),

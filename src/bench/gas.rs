@@ -47,8 +47,11 @@ impl Gas {
     /// What is wrong with the numbers.
     pub fn scene(&self) -> Result<(Settings, Vec<Disc>), String> {
         let crowded = || {
-            let fraction = self.lattice.area_fraction;
-            format!("discs at area fraction {fraction} do not fit: choose it lower")
+            let Lattice { area_fraction, count, walled, .. } = self.lattice;
+            if count < 8 && !walled {
+                return "a periodic box has 8 discs at least; or take --boundary walls".to_owned();
+            }
+            format!("discs at area fraction {area_fraction} do not fit: choose it lower")
         };
         let discs = if self.spread { spread::discs(&self.lattice) } else { self.lattice.discs() };
         let (discs, side) = discs.ok_or_else(crowded)?;

@@ -43,8 +43,8 @@ pub enum Input {
 /// All subscriptions and services.
 pub struct Inputs {
     streams: SelectAll<LocalBoxStream<'static, Input>>,
-    /// How to end those of pucks that go.
-    driven: HashMap<DiscId, AbortHandle>,
+    /// Topics of driven pucks, and how to end them: another scene gives the same id to another one.
+    driven: HashMap<DiscId, (String, AbortHandle)>,
 }
 
 impl Inputs {
@@ -96,11 +96,14 @@ impl Inputs {
 
     /// A `cmd_vel` for every driven puck, and for no other.
     pub fn follow(&mut self, ros: &mut Ros, pucks: &[Puck]) -> Result<(), DdsError> {
-        let is_there = |id: &DiscId| pucks.iter().any(|puck| puck.driven && puck.disc.id == *id);
-        let gone: Vec<DiscId> = self.driven.keys().copied().filter(|id| !is_there(id)).collect();
-        for id in gone {
-            self.driven.remove(&id).iter().for_each(AbortHandle::abort);
-        }
+        self.driven.retain(|id, (topic, handle)| {
+            let is_of = |puck: &Puck| puck.disc.id == *id && puck.topic("cmd_vel") == *topic;
+            let stays = pucks.iter().any(|puck| puck.driven && is_of(puck));
+            if !stays {
+                handle.abort();
+            }
+            stays
+        });
         for puck in pucks.iter().filter(|puck| puck.driven) {
             let id = puck.disc.id;
             if self.driven.contains_key(&id) {
@@ -108,9 +111,10 @@ impl Inputs {
             }
             let topic = puck.topic("cmd_vel");
             let messages = ros.subscription::<Twist>(&topic, 1)?.into_stream();
-            let input = move |received| Input::Velocity { topic: topic.clone(), id, received };
+            let own = topic.clone();
+            let input = move |received| Input::Velocity { topic: own.clone(), id, received };
             let (messages, handle) = abortable(messages.map(input).boxed_local());
-            self.driven.insert(id, handle);
+            self.driven.insert(id, (topic, handle));
             self.add(messages.boxed_local());
         }
         Ok(())

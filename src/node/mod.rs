@@ -4,7 +4,7 @@
 //! | file | holds |
 //! |---|---|
 //! | `arguments`, `names`, `start` | what command line and environment say; names in the graph |
-//! | `dds`, `peers`, `service`, `prompt`, `farewell` | the door to ROS 2 |
+//! | `dds`, `peers`, `service`, `prompt`, `farewell`, `stopped` | the door to ROS 2 |
 //! | `inputs` | all that arrives, as one stream |
 //! | `runner` | the loop: it steps the stage, at once for a message and at every tick |
 //! | [`wire`] | teams' own software, on their leagues' protocols |
@@ -45,6 +45,8 @@ mod soccer;
 mod stage;
 mod start;
 mod status;
+#[cfg(target_os = "linux")]
+mod stopped;
 mod timeline;
 pub mod wire;
 

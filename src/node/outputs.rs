@@ -49,8 +49,8 @@ pub struct Outputs {
     parameter_events: Publisher<ParameterEvent>,
     /// Only where there is an arena, whose time it is.
     clock: Option<Publisher<Clock>>,
-    /// Of driven pucks.
-    odometry: BTreeMap<DiscId, Publisher<Odometry>>,
+    /// Of driven pucks, each with its topic: another scene gives the same id to another puck.
+    odometry: BTreeMap<DiscId, (String, Publisher<Odometry>)>,
     drawn: Drawn,
     /// Simulated time of the next picture, s.
     next_picture: f64,
@@ -86,11 +86,15 @@ impl Outputs {
         if !pucks.is_empty() && self.clock.is_none() {
             self.clock = Some(ros.publisher("/clock", LATEST)?);
         }
-        let is_there = |id: &DiscId| pucks.iter().any(|puck| puck.driven && puck.disc.id == *id);
-        self.odometry.retain(|id, _| is_there(id));
+        let is_of = |puck: &Puck, id: &DiscId, topic: &str| {
+            puck.driven && puck.disc.id == *id && puck.topic("odom") == topic
+        };
+        self.odometry.retain(|id, (topic, _)| pucks.iter().any(|puck| is_of(puck, id, topic)));
         for puck in pucks.iter().filter(|puck| puck.driven) {
             if let Entry::Vacant(place) = self.odometry.entry(puck.disc.id) {
-                place.insert(ros.publisher(&puck.topic("odom"), LATEST)?);
+                let topic = puck.topic("odom");
+                let publisher = ros.publisher(&topic, LATEST)?;
+                place.insert((topic, publisher));
             }
         }
         Ok(())
@@ -107,7 +111,7 @@ impl Outputs {
         ros.free(&mut self.markers)?;
         ros.free(&mut self.parameter_events)?;
         self.clock.iter_mut().try_for_each(|clock| ros.free(clock))?;
-        self.odometry.values_mut().try_for_each(|odometry| ros.free(odometry))
+        self.odometry.values_mut().try_for_each(|(_, odometry)| ros.free(odometry))
     }
 
     /// Answers a message: its header is kept.
@@ -185,11 +189,11 @@ impl Outputs {
         let is_wanted = |publisher: &Publisher<Odometry>| {
             publisher.tap().is_some() || self.peers.hear(publisher.guid())
         };
-        if !self.odometry.values().any(is_wanted) {
+        if !self.odometry.values().any(|(_, publisher)| is_wanted(publisher)) {
             return;
         }
         for (puck, disc) in stage.now() {
-            let Some(publisher) = self.odometry.get(&disc.id) else { continue };
+            let Some((_, publisher)) = self.odometry.get(&disc.id) else { continue };
             send(&self.peers, publisher, complaints, || {
                 let header = Header { stamp: stamp(arena), frame_id: self.frame_id.clone() };
                 let pose = stage.world().pose(disc.id).unwrap_or_default();

@@ -335,6 +335,21 @@ impl Stage {
         self.take_over(scene, text, now);
     }
 
+    /// What of a scene's `node` this node does otherwise, and goes on to, by its keys.
+    pub fn does_otherwise(&self, scene: &Scene) -> Vec<&'static str> {
+        let (own, its) = (&self.scene.settings, &scene.settings);
+        let (node, its_node) = (&self.scene.node, &scene.node);
+        let all = [
+            ("publish_rate_hz", node.publish_rate_hz != its_node.publish_rate_hz),
+            ("frame_id", node.frame_id != its_node.frame_id),
+            ("circle_topics", node.circle_topics != its_node.circle_topics),
+            ("contact_margin_m", own.contact_margin != its.contact_margin),
+            ("stale_after_s", own.stale_after != its.stale_after),
+            ("command_timeout_s", own.command_timeout != its.command_timeout),
+        ];
+        all.into_iter().filter(|(_, differs)| *differs).map(|(key, _)| key).collect()
+    }
+
     /// `text`: what the journal is told, from which the scene can be made again.
     fn take_over(&mut self, scene: Scene, text: Option<String>, now: Instant) {
         // How the node runs is the node's affair, whatever it runs.

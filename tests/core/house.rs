@@ -89,6 +89,7 @@ fn borders_hold() {
                     "src/motion/events/lanes",
                     "src/motion/events/pages.rs",
                     "src/motion/near/lanes.rs",
+                    "src/node/stopped.rs",
                 ]),
             "{name} is unsafe"
         );

@@ -219,6 +219,22 @@ fn an_inelastic_collapse_ends() {
 }
 
 #[test]
+fn contacts_that_change_no_digit_are_no_collapse() {
+    // Of a row that is all but touching the first three press on each other without end before the
+    // next is met, each time half as fast.
+    for gap in [1e-10, 1e-9, 1e-8, 1e-7] {
+        let speed = |k: u32| if k == 0 { 1.0 } else { 0.0 };
+        let place = |k: u32| f64::from(k) * (0.25 + gap);
+        let discs: Vec<Disc> =
+            (0..4).map(|k| disc(k + 1, [place(k), 0.0], [speed(k), 0.0], 0.125, 1.0)).collect();
+        let mut arena = arena(&Settings { restitution: 0.0, ..Settings::default() }, &discs);
+        run(&mut arena, 4.0);
+        let speeds: Vec<f64> = states(&arena).iter().map(|disc| disc.velocity.x).collect();
+        assert!(speeds.iter().all(|speed| (speed - 0.25).abs() < 1e-6), "{gap}: {speeds:?}");
+    }
+}
+
+#[test]
 fn a_dense_cooling_gas_goes_on() {
     let discs = gas(10, 60, 8.0, (0.3, 0.4), (1.0, 1.0));
     let mut arena = arena(&box_settings(8.0, 0.3), &discs);

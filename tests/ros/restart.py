@@ -1,6 +1,7 @@
-"""The node comes, serves, goes at once by SIGINT or SIGTERM, and comes again."""
+"""The node comes, serves, goes at once by SIGINT or SIGTERM, and comes again; stopped, it goes on."""
 
 import signal
+import time
 
 from harness import Carom, Client, wait_until
 from rclpy.node import NodeNameNonExistentError
@@ -40,7 +41,21 @@ def check_life(client, end):
     wait_until(lambda: not in_graph(node), f"{end.name}: gone from the graph", timeout_s=2.0)
 
 
+def check_stopped():
+    """As by Ctrl-Z and `fg`: known clients are served afterwards, and new ones."""
+    with Carom("resolver") as carom, Client() as client:
+        client.connect()
+        for _ in range(3):
+            carom.process.send_signal(signal.SIGSTOP)
+            time.sleep(0.2)
+            carom.process.send_signal(signal.SIGCONT)
+            assert client.ask(client.probe()).velocities, "not served after a stop"
+        with Client() as late:
+            late.connect()
+
+
 def main():
+    check_stopped()
     with Client() as client:
         for end in (signal.SIGINT, signal.SIGTERM, signal.SIGINT):
             check_life(client, end)

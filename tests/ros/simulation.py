@@ -272,13 +272,34 @@ def check_worlds(simulation, client):
     assert simulation.state() == SimulationState.STATE_NO_WORLD
     assert simulation.set_state(PLAYING) == WRONG_STATE
     assert simulation.entities() == []
-    scene = "walls: {x: [0, 1], y: [0, 1]}\npucks: [{name: left, position: [0.5, 0.5], radius: 0.1}]"
+    scene = ("walls: {x: [0, 1], y: [0, 1]}\nnode: {command_timeout_s: 0.5}\n"
+             "pucks: [{name: left, position: [0.5, 0.5], radius: 0.1}]")
     assert simulation.verdict("LoadWorld", resource_string=scene) == OK
     assert simulation.set_state(PLAYING) == OK
     wait_until(lambda: simulation.time() > 0.1, "the new world moves")
     states = []
     client.node.create_subscription(CircleStates, "arena_states", states.append, QOS)
     wait_until(lambda: states and len(states[-1].circles) == 1, "states of the new world")
+
+
+def check_topics(simulation, client):
+    """Topics follow the names of the new world, whose pucks have the ids of the old one's."""
+    puck = "{{name: {}, position: [0.{}, 0.5], radius: 0.1}}"
+    for first, second in (("one", "two"), ("two", "one")):
+        pucks = ", ".join(puck.format(*each) for each in ((first, 2), (second, 8)))
+        assert simulation.verdict(
+            "LoadWorld", resource_string="pucks: [" + pucks + "]") == OK
+        assert simulation.set_state(PLAYING) == OK
+        odometry = Heard(client, Odometry, "/pucks/one/odom")
+        command = client.node.create_publisher(Twist, "/pucks/one/cmd_vel", QOS)
+        wait_until(lambda: command.get_subscription_count() > 0, "cmd_vel of `one`")
+        twist = Twist()
+        twist.linear.y = 0.125
+        wait_until(lambda: odometry and odometry[-1].twist.twist.linear.y == 0.125,
+                   "`one` goes as it was told", each=lambda: command.publish(twist))
+        assert odometry[-1].child_frame_id == "one/base_link", odometry[-1].child_frame_id
+        assert simulation.entity("two").twist.linear.y == 0.0
+        client.node.destroy_publisher(command)
 
 
 def main():
@@ -293,6 +314,8 @@ def main():
         check_spawning(simulation, client)
         check_reset(simulation)
         check_worlds(simulation, client)
+        check_topics(simulation, client)
+        assert carom.wait_for_line("WARN", "load_world", "command_timeout_s"), carom.lines
         assert simulation.set_state(SimulationState.STATE_QUITTING) == OK
         wait_until(lambda: not carom.alive(), "the node quits")
         assert carom.process.returncode == 0

@@ -430,6 +430,10 @@ fn load(stage: &mut Stage, request: &LoadRequest, now: Instant) -> WorldResponse
     };
     match scene {
         Ok(scene) => {
+            let otherwise = stage.does_otherwise(&scene).join(", ");
+            if !otherwise.is_empty() {
+                tracing::warn!("load_world: the node keeps its own {otherwise}, not the scene's");
+            }
             stage.load(scene, now);
             WorldResponse { result: done(), world: world(&stage.scene().name, uri) }
         }
