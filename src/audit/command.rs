@@ -57,7 +57,7 @@ pub fn audit(wanted: &Wanted, out: &mut impl Write) -> Result<u64, AuditError> {
     let chosen = recorded::choose(&bag, wanted.topic.as_deref(), &wanted.robots)
         .map_err(AuditError::BadUse)?;
     let mut options = wanted.options.clone();
-    let noted = recorded::noted_law(&bag, &mut options);
+    let noted = recorded::noted_law(&bag, &chosen, &mut options);
     if let Some(folder) = &wanted.folder {
         if read::holds_a_bag(folder) {
             let name = folder.display();

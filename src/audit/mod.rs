@@ -18,6 +18,9 @@ mod alone;
 
 mod chains;
 
+#[cfg(feature = "bags")]
+mod commanded;
+
 mod flight;
 
 mod groups;

@@ -8,6 +8,7 @@ use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 use glam::DVec2;
 
+use super::commanded::commanded;
 use super::rounds::Rounds;
 use super::{Bounds, Frame, Options};
 use crate::bag::decode;
@@ -60,7 +61,7 @@ impl Robot {
         Ok(Self { name: name.to_owned(), radius, mass })
     }
 
-    fn topics(&self) -> [String; 2] {
+    pub(super) fn topics(&self) -> [String; 2] {
         let name = self.name.trim_start_matches('/');
         [format!("/{name}/odom"), format!("/{name}")]
     }
@@ -181,14 +182,15 @@ fn nanoseconds(time: Time) -> i64 {
     i64::from(time.sec) * 1_000_000_000 + i64::from(time.nanosec)
 }
 
-/// The law that the recorder noted, where nothing else was told.
-pub fn noted_law(bag: &Bag, options: &mut Options) -> Option<String> {
+/// The law that the recorder noted, where nothing else was told, and whom the bag shows commanded.
+pub fn noted_law(bag: &Bag, chosen: &Chosen, options: &mut Options) -> Option<String> {
     let text = bag.note(NOTE)?.get("scene")?;
     let scene = match scene::file::parse(text, "the scene in the bag") {
         Ok(scene) => scene,
         Err(error) => return Some(format!("the scene in the bag is not taken: {error}")),
     };
     options.take_surroundings(&scene);
+    options.surroundings.commanded = commanded(bag, &scene, &chosen.robots);
     let settings = scene.settings;
     options.restitution = options.restitution.or(Some(settings.restitution));
     if options.walls.is_none() && !options.no_walls {

@@ -3,12 +3,15 @@
 //! No heading is recorded and nobody says when a robot kicks: what happened at a robot that can
 //! kick, and is not as the law says of discs alone, is counted and not judged. So is what happened
 //! to several discs beside a segment; one alone there is judged.
-//! What drives and the ground may add at any time is a bound of every change.
+//! What drives and the ground may add at any time is a bound of every change. A commanded puck
+//! whose drive has no such bound takes any velocity at once: what happened to it, or to a disc that
+//! it may have met, and is not as the law says, is counted and not judged either.
 //!
 //! Never call anything lawful or a violation here.
 
 use super::Options;
 use super::flight::{Flight, Span};
+use super::verdict::Court;
 use crate::scene::Scene;
 use crate::world::{DiscId, Drive, Segment};
 
@@ -26,6 +29,8 @@ pub struct Surroundings {
     pub balls: Vec<DiscId>,
     /// Discs that kick, each with the largest gap, m, over which it does.
     pub kickers: Vec<(DiscId, f64)>,
+    /// Discs that somebody commands, and that take any velocity at once.
+    pub commanded: Vec<DiscId>,
 }
 
 impl Options {
@@ -48,11 +53,22 @@ impl Options {
             segment_restitution: scene.settings.segments.map_or(1.0, |all| all.restitution),
             balls: pucks().filter(|puck| puck.ball.is_some()).map(|puck| puck.disc.id).collect(),
             kickers: pucks().filter_map(|p| Some((p.disc.id, kicker(&p.drive)?))).collect(),
+            // Whether anybody commands them is not known to the scene.
+            commanded: Vec::new(),
         };
     }
 }
 
 impl Surroundings {
+    /// The flights of discs to which anything may have happened.
+    pub(super) fn unbound(&self, all: &[Flight]) -> Vec<usize> {
+        if self.commanded.is_empty() {
+            return Vec::new();
+        }
+        let is_unbound = |k: &usize| self.commanded.contains(&all[*k].before.id);
+        (0..all.len()).filter(is_unbound).collect()
+    }
+
     /// Whether any of it may have changed a velocity of this group between the two samples.
     pub(super) fn may_have_acted(&self, all: &[Flight], group: &[usize], span: &Span) -> bool {
         let fastest = group.iter().map(|&k| speed(&all[k])).fold(0.0, f64::max);
@@ -98,6 +114,22 @@ impl Surroundings {
         let touching = robot.before.radius + ball.before.radius;
         let nearest = touching + reach + (speed(robot) + speed(ball)) * span.length;
         robot.before.position.distance(ball.before.position) <= nearest
+    }
+}
+
+impl Court<'_> {
+    /// Whether anything may have happened to this disc, or to one that it may have met.
+    pub(super) fn is_unbound_or_met_one(&self, k: usize) -> bool {
+        let own = &self.flights[k];
+        let way = |flight: &Flight| {
+            let moved = flight.after.position - flight.before.position;
+            moved.length().max(speed(flight) * self.span.length)
+        };
+        let near = |other: &Flight| {
+            let touching = (1.0 + NEAR) * (own.before.radius + other.before.radius);
+            self.law.apart(own, other).length() <= touching + way(own) + way(other)
+        };
+        self.unbound.iter().any(|&other| other == k || near(&self.flights[other]))
     }
 }
 
