@@ -29,6 +29,9 @@ mod images;
 
 mod judge;
 
+#[cfg(feature = "bags")]
+mod observed;
+
 mod overlaps;
 
 #[cfg(feature = "bags")]

@@ -20,7 +20,7 @@ use crate::scene;
 use crate::world::{Disc, DiscId};
 
 /// The type of circle states.
-const CIRCLES: &str = "carom/msg/CircleStates";
+pub(super) const CIRCLES: &str = "carom/msg/CircleStates";
 
 /// The type of odometry.
 const ODOMETRY: &str = "nav_msgs/msg/Odometry";
@@ -74,6 +74,19 @@ pub struct Chosen {
     places: BTreeMap<usize, Option<DiscId>>,
     robots: Vec<Robot>,
     by_log_time: bool,
+}
+
+impl Chosen {
+    /// Whether a topic is read.
+    pub(super) fn has(&self, bag: &Bag, topic: &Topic) -> bool {
+        let place = bag.topics().iter().position(|each| each == topic);
+        place.is_some_and(|place| self.places.contains_key(&place))
+    }
+
+    /// Whether what is read is circle states at the times of their headers.
+    pub(super) fn is_of_circles_with_stamps(&self) -> bool {
+        self.robots.is_empty() && !self.by_log_time
+    }
 }
 
 /// Chooses the topics: those of the robots, the one that is named, or the only one.
@@ -150,10 +163,7 @@ fn listed(bag: &Bag, kind: &str) -> String {
 }
 
 fn stamps_are_zero(bag: &Bag, chosen: &Chosen) -> bool {
-    let messages = bag.messages(|topic| {
-        let place = bag.topics().iter().position(|each| each == topic);
-        place.is_some_and(|place| chosen.places.contains_key(&place))
-    });
+    let messages = bag.messages(|topic| chosen.has(bag, topic));
     let (mut first, mut spread) = (None, false);
     for message in messages.flatten().take(LOOKED_AT) {
         if stamp(&message) != Some(0) {

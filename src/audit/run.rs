@@ -170,7 +170,7 @@ impl Run {
         };
         let (tolerance, time) = (self.tolerance, last.seconds());
         let surroundings = self.surroundings.clone();
-        let unbound = surroundings.unbound(&flights);
+        let unbound = surroundings.unbound(&flights, (last.seconds(), frame.seconds()));
         let court = Court {
             flights: &flights,
             span: &span,

@@ -5,9 +5,12 @@
 //! to several discs beside a segment; one alone there is judged.
 //! What drives and the ground may add at any time is a bound of every change. A commanded puck
 //! whose drive has no such bound takes any velocity at once: what happened to it, or to a disc that
-//! it may have met, and is not as the law says, is counted and not judged either.
+//! it may have met, and is not as the law says, is counted and not judged either. So is
+//! what happened to a disc while it met somebody who is in no sample.
 //!
 //! Never call anything lawful or a violation here.
+
+use std::collections::HashSet;
 
 use super::Options;
 use super::flight::{Flight, Span};
@@ -17,6 +20,9 @@ use crate::world::{DiscId, Drive, Segment};
 
 /// Part of its radius by which a disc may be off a segment that it met.
 pub(super) const NEAR: f64 = 0.05;
+
+/// What stamps are rounded by, and a little more, s.
+const STAMP: f64 = 2e-9;
 
 /// What acts beside the discs.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -31,6 +37,17 @@ pub struct Surroundings {
     pub kickers: Vec<(DiscId, f64)>,
     /// Discs that somebody commands, and that take any velocity at once.
     pub commanded: Vec<DiscId>,
+    /// Contacts of which one disc may be in no sample, in the order of time.
+    pub meetings: Vec<Meeting>,
+}
+
+/// Two discs met, as somebody says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Meeting {
+    /// When, s of the recording's clock.
+    pub time: f64,
+    /// Who.
+    pub discs: [DiscId; 2],
 }
 
 impl Options {
@@ -53,20 +70,28 @@ impl Options {
             segment_restitution: scene.settings.segments.map_or(1.0, |all| all.restitution),
             balls: pucks().filter(|puck| puck.ball.is_some()).map(|puck| puck.disc.id).collect(),
             kickers: pucks().filter_map(|p| Some((p.disc.id, kicker(&p.drive)?))).collect(),
-            // Whether anybody commands them is not known to the scene.
+            // Who commands and who else is there is not known to the scene.
             commanded: Vec::new(),
+            meetings: Vec::new(),
         };
     }
 }
 
 impl Surroundings {
-    /// The flights of discs to which anything may have happened.
-    pub(super) fn unbound(&self, all: &[Flight]) -> Vec<usize> {
-        if self.commanded.is_empty() {
+    /// The flights of discs to which anything may have happened between samples at these times.
+    pub(super) fn unbound(&self, all: &[Flight], (from, to): (f64, f64)) -> Vec<usize> {
+        let first = self.meetings.partition_point(|each| each.time < from - STAMP);
+        let meetings = self.meetings[first..].iter().take_while(|each| each.time <= to + STAMP);
+        let pairs: Vec<[DiscId; 2]> = meetings.map(|each| each.discs).collect();
+        if self.commanded.is_empty() && pairs.is_empty() {
             return Vec::new();
         }
-        let is_unbound = |k: &usize| self.commanded.contains(&all[*k].before.id);
-        (0..all.len()).filter(is_unbound).collect()
+        let ids: HashSet<DiscId> = all.iter().map(|flight| flight.before.id).collect();
+        let met = |id: DiscId| {
+            pairs.iter().any(|&[a, b]| a == id && !ids.contains(&b) || b == id && !ids.contains(&a))
+        };
+        let is_unbound = |id: DiscId| self.commanded.contains(&id) || met(id);
+        (0..all.len()).filter(|&k| is_unbound(all[k].before.id)).collect()
     }
 
     /// Whether any of it may have changed a velocity of this group between the two samples.
