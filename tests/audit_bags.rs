@@ -14,6 +14,9 @@ mod recordings;
 #[path = "audit/exact.rs"]
 mod exact;
 
+#[path = "audit/driven.rs"]
+mod driven;
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -75,7 +75,11 @@ impl Court<'_> {
     /// A hit of a segment, if it is one and nothing else can have acted.
     fn segment_hit(&self, k: usize, instant: f64) -> Option<Verdict> {
         let around = self.surroundings;
-        if around.segments.is_empty() || around.others_may_have_acted(self.flights, k, self.span) {
+        let others_acted = || {
+            around.others_may_have_acted(self.flights, k, self.span)
+                || self.is_unbound_or_met_one(k)
+        };
+        if around.segments.is_empty() || others_acted() {
             return None;
         }
         let flight = &self.flights[k];
@@ -145,11 +149,13 @@ impl Court<'_> {
     /// The violation of a disc that went through a segment, far from its ends.
     pub(super) fn through_a_segment(&self, flight: &Flight) -> Option<Violation> {
         let (from, to) = (flight.before.position, flight.after.position);
+        let is_unbound =
+            self.unbound.iter().any(|&k| self.flights[k].before.id == flight.before.id);
         // Of any other course nobody knows the way.
         let turn = match flight.course {
             Course::Quiet => to,
-            Course::Bent(instant) => self.place(flight, instant),
-            Course::Tangled | Course::Jumped => return None,
+            Course::Bent(instant) if !is_unbound => self.place(flight, instant),
+            Course::Bent(_) | Course::Tangled | Course::Jumped => return None,
         };
         let crossed = |segment: &&Segment| {
             let legs = [(from, turn), (turn, to)];

@@ -7,7 +7,7 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use super::recorded::{self, Robot};
-use super::{Audit, Options, page, tell};
+use super::{Audit, Options, observed, page, tell};
 use crate::bag::read::{self, Bag};
 use crate::report::ReportError;
 use crate::report::draw;
@@ -57,7 +57,9 @@ pub fn audit(wanted: &Wanted, out: &mut impl Write) -> Result<u64, AuditError> {
     let chosen = recorded::choose(&bag, wanted.topic.as_deref(), &wanted.robots)
         .map_err(AuditError::BadUse)?;
     let mut options = wanted.options.clone();
-    let noted = recorded::noted_law(&bag, &mut options);
+    let noted = recorded::noted_law(&bag, &chosen, &mut options);
+    let (meetings, unknown) = observed::meetings(&bag, &chosen);
+    options.surroundings.meetings = meetings;
     if let Some(folder) = &wanted.folder {
         if read::holds_a_bag(folder) {
             let name = folder.display();
@@ -75,7 +77,7 @@ pub fn audit(wanted: &Wanted, out: &mut impl Write) -> Result<u64, AuditError> {
     let said = recorded::read(&bag, &chosen, |frame| audit.hear(frame), |part| bar.tell(part));
     bar.end();
     let mut findings = audit.finish();
-    findings.said = noted.into_iter().chain(said).collect();
+    findings.said = noted.into_iter().chain(unknown).chain(said).collect();
     if findings.counts.samples == 0 {
         let unsound = findings.counts.unsound;
         let why = if unsound > 0 {

@@ -352,7 +352,8 @@ pub struct Counts {
     pub vague: u64,
     /// Changes of a velocity without a partner.
     pub unexplained: u64,
-    /// Changes at segments or at robots that kick, alone or in groups, that were not judged.
+    /// Changes at segments, robots that kick, commanded pucks or observed circles, alone or in
+    /// groups, that were not judged.
     pub beside: u64,
     /// Displacements too small for a teleport that no velocity explains.
     pub displaced: u64,

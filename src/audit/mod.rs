@@ -18,6 +18,9 @@ mod alone;
 
 mod chains;
 
+#[cfg(feature = "bags")]
+mod commanded;
+
 mod flight;
 
 mod groups;
@@ -25,6 +28,9 @@ mod groups;
 mod images;
 
 mod judge;
+
+#[cfg(feature = "bags")]
+mod observed;
 
 mod overlaps;
 

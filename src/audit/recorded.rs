@@ -8,6 +8,7 @@ use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 use glam::DVec2;
 
+use super::commanded::commanded;
 use super::rounds::Rounds;
 use super::{Bounds, Frame, Options};
 use crate::bag::decode;
@@ -19,7 +20,7 @@ use crate::scene;
 use crate::world::{Disc, DiscId};
 
 /// The type of circle states.
-const CIRCLES: &str = "carom/msg/CircleStates";
+pub(super) const CIRCLES: &str = "carom/msg/CircleStates";
 
 /// The type of odometry.
 const ODOMETRY: &str = "nav_msgs/msg/Odometry";
@@ -60,7 +61,7 @@ impl Robot {
         Ok(Self { name: name.to_owned(), radius, mass })
     }
 
-    fn topics(&self) -> [String; 2] {
+    pub(super) fn topics(&self) -> [String; 2] {
         let name = self.name.trim_start_matches('/');
         [format!("/{name}/odom"), format!("/{name}")]
     }
@@ -73,6 +74,19 @@ pub struct Chosen {
     places: BTreeMap<usize, Option<DiscId>>,
     robots: Vec<Robot>,
     by_log_time: bool,
+}
+
+impl Chosen {
+    /// Whether a topic is read.
+    pub(super) fn has(&self, bag: &Bag, topic: &Topic) -> bool {
+        let place = bag.topics().iter().position(|each| each == topic);
+        place.is_some_and(|place| self.places.contains_key(&place))
+    }
+
+    /// Whether what is read is circle states at the times of their headers.
+    pub(super) fn is_of_circles_with_stamps(&self) -> bool {
+        self.robots.is_empty() && !self.by_log_time
+    }
 }
 
 /// Chooses the topics: those of the robots, the one that is named, or the only one.
@@ -149,10 +163,7 @@ fn listed(bag: &Bag, kind: &str) -> String {
 }
 
 fn stamps_are_zero(bag: &Bag, chosen: &Chosen) -> bool {
-    let messages = bag.messages(|topic| {
-        let place = bag.topics().iter().position(|each| each == topic);
-        place.is_some_and(|place| chosen.places.contains_key(&place))
-    });
+    let messages = bag.messages(|topic| chosen.has(bag, topic));
     let (mut first, mut spread) = (None, false);
     for message in messages.flatten().take(LOOKED_AT) {
         if stamp(&message) != Some(0) {
@@ -181,14 +192,15 @@ fn nanoseconds(time: Time) -> i64 {
     i64::from(time.sec) * 1_000_000_000 + i64::from(time.nanosec)
 }
 
-/// The law that the recorder noted, where nothing else was told.
-pub fn noted_law(bag: &Bag, options: &mut Options) -> Option<String> {
+/// The law that the recorder noted, where nothing else was told, and whom the bag shows commanded.
+pub fn noted_law(bag: &Bag, chosen: &Chosen, options: &mut Options) -> Option<String> {
     let text = bag.note(NOTE)?.get("scene")?;
     let scene = match scene::file::parse(text, "the scene in the bag") {
         Ok(scene) => scene,
         Err(error) => return Some(format!("the scene in the bag is not taken: {error}")),
     };
     options.take_surroundings(&scene);
+    options.surroundings.commanded = commanded(bag, &scene, &chosen.robots);
     let settings = scene.settings;
     options.restitution = options.restitution.or(Some(settings.restitution));
     if options.walls.is_none() && !options.no_walls {

@@ -170,11 +170,13 @@ impl Run {
         };
         let (tolerance, time) = (self.tolerance, last.seconds());
         let surroundings = self.surroundings.clone();
+        let unbound = surroundings.unbound(&flights, (last.seconds(), frame.seconds()));
         let court = Court {
             flights: &flights,
             span: &span,
             law: &law,
             surroundings: &surroundings,
+            unbound: &unbound,
             tolerance,
             time,
         };
@@ -183,7 +185,10 @@ impl Run {
         self.see_overlaps(&court, &found, frame.seconds());
         let mut lonely = Vec::new();
         for (group, verdict) in court.judge_all(&found) {
-            let acted = || surroundings.may_have_acted(&flights, &group, &span);
+            let acted = || {
+                surroundings.may_have_acted(&flights, &group, &span)
+                    || group.iter().any(|&k| court.is_unbound_or_met_one(k))
+            };
             let is_told = verdict.is_lawful() || matches!(verdict, Verdict::AtSegment(_));
             if !is_told && acted() {
                 self.leave(&court, &group);

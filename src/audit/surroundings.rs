@@ -3,17 +3,26 @@
 //! No heading is recorded and nobody says when a robot kicks: what happened at a robot that can
 //! kick, and is not as the law says of discs alone, is counted and not judged. So is what happened
 //! to several discs beside a segment; one alone there is judged.
-//! What drives and the ground may add at any time is a bound of every change.
+//! What drives and the ground may add at any time is a bound of every change. A commanded puck
+//! whose drive has no such bound takes any velocity at once: what happened to it, or to a disc that
+//! it may have met, and is not as the law says, is counted and not judged either. So is
+//! what happened to a disc while it met somebody who is in no sample.
 //!
 //! Never call anything lawful or a violation here.
 
+use std::collections::HashSet;
+
 use super::Options;
 use super::flight::{Flight, Span};
+use super::verdict::Court;
 use crate::scene::Scene;
 use crate::world::{DiscId, Drive, Segment};
 
 /// Part of its radius by which a disc may be off a segment that it met.
 pub(super) const NEAR: f64 = 0.05;
+
+/// What stamps are rounded by, and a little more, s.
+const STAMP: f64 = 2e-9;
 
 /// What acts beside the discs.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -26,6 +35,19 @@ pub struct Surroundings {
     pub balls: Vec<DiscId>,
     /// Discs that kick, each with the largest gap, m, over which it does.
     pub kickers: Vec<(DiscId, f64)>,
+    /// Discs that somebody commands, and that take any velocity at once.
+    pub commanded: Vec<DiscId>,
+    /// Contacts of which one disc may be in no sample, in the order of time.
+    pub meetings: Vec<Meeting>,
+}
+
+/// Two discs met, as somebody says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Meeting {
+    /// When, s of the recording's clock.
+    pub time: f64,
+    /// Who.
+    pub discs: [DiscId; 2],
 }
 
 impl Options {
@@ -48,11 +70,30 @@ impl Options {
             segment_restitution: scene.settings.segments.map_or(1.0, |all| all.restitution),
             balls: pucks().filter(|puck| puck.ball.is_some()).map(|puck| puck.disc.id).collect(),
             kickers: pucks().filter_map(|p| Some((p.disc.id, kicker(&p.drive)?))).collect(),
+            // Who commands and who else is there is not known to the scene.
+            commanded: Vec::new(),
+            meetings: Vec::new(),
         };
     }
 }
 
 impl Surroundings {
+    /// The flights of discs to which anything may have happened between samples at these times.
+    pub(super) fn unbound(&self, all: &[Flight], (from, to): (f64, f64)) -> Vec<usize> {
+        let first = self.meetings.partition_point(|each| each.time < from - STAMP);
+        let meetings = self.meetings[first..].iter().take_while(|each| each.time <= to + STAMP);
+        let pairs: Vec<[DiscId; 2]> = meetings.map(|each| each.discs).collect();
+        if self.commanded.is_empty() && pairs.is_empty() {
+            return Vec::new();
+        }
+        let ids: HashSet<DiscId> = all.iter().map(|flight| flight.before.id).collect();
+        let met = |id: DiscId| {
+            pairs.iter().any(|&[a, b]| a == id && !ids.contains(&b) || b == id && !ids.contains(&a))
+        };
+        let is_unbound = |id: DiscId| self.commanded.contains(&id) || met(id);
+        (0..all.len()).filter(|&k| is_unbound(all[k].before.id)).collect()
+    }
+
     /// Whether any of it may have changed a velocity of this group between the two samples.
     pub(super) fn may_have_acted(&self, all: &[Flight], group: &[usize], span: &Span) -> bool {
         let fastest = group.iter().map(|&k| speed(&all[k])).fold(0.0, f64::max);
@@ -98,6 +139,22 @@ impl Surroundings {
         let touching = robot.before.radius + ball.before.radius;
         let nearest = touching + reach + (speed(robot) + speed(ball)) * span.length;
         robot.before.position.distance(ball.before.position) <= nearest
+    }
+}
+
+impl Court<'_> {
+    /// Whether anything may have happened to this disc, or to one that it may have met.
+    pub(super) fn is_unbound_or_met_one(&self, k: usize) -> bool {
+        let own = &self.flights[k];
+        let way = |flight: &Flight| {
+            let moved = flight.after.position - flight.before.position;
+            moved.length().max(speed(flight) * self.span.length)
+        };
+        let near = |other: &Flight| {
+            let touching = (1.0 + NEAR) * (own.before.radius + other.before.radius);
+            self.law.apart(own, other).length() <= touching + way(own) + way(other)
+        };
+        self.unbound.iter().any(|&other| other == k || near(&self.flights[other]))
     }
 }
 

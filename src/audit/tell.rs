@@ -57,7 +57,10 @@ pub fn clean(counts: &Counts) -> String {
 /// Where contacts may have been that nobody looked for.
 fn unseen(counts: &Counts) -> [(u64, &'static str); 5] {
     [
-        (counts.beside, "changes at segments or robots that kick"),
+        (
+            counts.beside,
+            "changes at segments, robots that kick, commanded pucks or observed circles",
+        ),
         (counts.unpaired, "states of discs that were not there, or were others, a sample before"),
         (counts.repeated, "sets of samples with the stamp of the one before"),
         (counts.heaped, "stamps with discs heaped on each other"),

@@ -88,6 +88,8 @@ pub(super) struct Court<'a> {
     pub span: &'a Span,
     pub law: &'a Law,
     pub surroundings: &'a Surroundings,
+    /// Flights of discs to which anything may have happened.
+    pub unbound: &'a [usize],
     pub tolerance: f64,
     /// Of the earlier sample, s.
     pub time: f64,
