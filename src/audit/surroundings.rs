@@ -5,8 +5,8 @@
 //! to several discs beside a segment; one alone there is judged.
 //! What drives and the ground may add at any time is a bound of every change. A commanded puck
 //! whose drive has no such bound takes any velocity at once: what happened to it, or to a disc that
-//! it may have met, and is not as the law says, is counted and not judged either. So is
-//! what happened to a disc while it met somebody who is in no sample.
+//! it may have met, and is not as the law says, is counted and not judged either. So is what
+//! happened to a disc while it met somebody who is in no sample.
 //!
 //! Never call anything lawful or a violation here.
 
@@ -86,7 +86,9 @@ impl Surroundings {
         if self.commanded.is_empty() && pairs.is_empty() {
             return Vec::new();
         }
-        let ids: HashSet<DiscId> = all.iter().map(|flight| flight.before.id).collect();
+        // Mostly there are no such meetings.
+        let ids = all.iter().filter(|_| !pairs.is_empty()).map(|flight| flight.before.id);
+        let ids: HashSet<DiscId> = ids.collect();
         let met = |id: DiscId| {
             pairs.iter().any(|&[a, b]| a == id && !ids.contains(&b) || b == id && !ids.contains(&a))
         };
