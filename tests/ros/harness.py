@@ -251,11 +251,16 @@ class Client:
         return [Circle(first, x, PROBE_Y, 1.0, 0.0, 1.0, 1.0),
                 Circle(first + 1, x + 2.0, PROBE_Y, -1.0, 0.0, 1.0, 1.0)]
 
-    def connect(self):
+    def connect(self, meanwhile=lambda: None):
         """Returns when the node hears this client and is heard: a match has two ends."""
         stamps = []
+
+        def each():
+            meanwhile()
+            stamps.append(self.publish(self.probe()))
+
         wait_until(lambda: any(map(self.answered, stamps)), "discovery: an answer to any probe",
-                   each=lambda: stamps.append(self.publish(self.probe())))
+                   each=each)
         return self
 
     def expect_no_answer(self, circles, what):
