@@ -3,15 +3,14 @@
 //! Circles at area fraction 0.3, thrown at random, so that many overlap: detection and resolution
 //! through `World::step`, as the node does it. The answer is checked first: pairs against all
 //! pairs, velocities against the conservation laws; a wrong answer prints no time. Times are
-//! medians; the yardstick, a bare impulse loop over the listed pairs, runs in between, and beside it
-//! the law of the exact methods over the same list.
+//! medians; the yardstick, a bare impulse loop over the listed pairs, runs in between, and beside
+//! it `resolve::listed`, the law of the exact methods over the same list.
 
 use std::hint::black_box;
 use std::time::Instant;
 
 use carom::detect::{all_pairs, grid};
 use carom::resolve;
-use carom::resolve::pair::{MassFractions, exchange};
 use carom::world::{Command, Disc, Instants, Report, Settings, World};
 use glam::DVec2;
 use rand_pcg::Pcg64;
@@ -28,7 +27,7 @@ fn main() {
         "grid us",
         "resolve us",
         "message us",
-        "law us",
+        "listed us",
         "bare us"
     );
     for count in [10, 30, 48, 100, 300, 1_000, 3_000, 10_000] {
@@ -69,12 +68,26 @@ fn check(discs: &[Disc]) {
     let momentum = |discs: &[Disc]| discs.iter().map(|disc| disc.velocity).sum::<DVec2>();
     assert!((energy(&after) / energy(discs) - 1.0).abs() < 1e-12);
     assert!((momentum(&after) - momentum(discs)).length() < 1e-9);
-    for (i, j) in pairs {
+    for &(i, j) in &pairs {
         assert!(resolve::pair::collide(&after[i], &after[j], 1.0).is_none(), "still approaching");
+    }
+    let (mut listed, mut one_by_one) = (discs.to_vec(), discs.to_vec());
+    let count = resolve::listed::resolve(&mut listed, &pairs, 1.0);
+    let impacts = pairs.iter().filter(|&&(i, j)| {
+        let impact = resolve::pair::collide(&one_by_one[i], &one_by_one[j], 1.0);
+        if let Some(impact) = impact {
+            one_by_one[i].velocity = impact.velocity_a;
+            one_by_one[j].velocity = impact.velocity_b;
+        }
+        impact.is_some()
+    });
+    assert_eq!(impacts.count(), count);
+    for (a, b) in listed.iter().zip(&one_by_one) {
+        assert!((a.velocity - b.velocity).length() < 1e-12, "another law");
     }
 }
 
-/// Medians in microseconds: all pairs, grid, resolve, the whole message, the law, the bare loop.
+/// Medians in microseconds: all pairs, grid, resolve, the whole message, the list, the bare loop.
 fn measure(discs: &[Disc], pairs: &[(usize, usize)], repeats: usize) -> [f64; 6] {
     let mut world = World::new(Settings::default(), &[]);
     let command = [Command::Observe(Report { discs: discs.to_vec(), time: 0.0 })];
@@ -87,7 +100,7 @@ fn measure(discs: &[Disc], pairs: &[(usize, usize)], repeats: usize) -> [f64; 6]
         samples[2].push(time(|| resolve::touching::resolve(&mut scratch, pairs, 1.0, 0.0)));
         samples[3].push(time(|| world.step(&command, instants)));
         let mut scratch = discs.to_vec();
-        samples[4].push(time(|| law(&mut scratch, pairs)));
+        samples[4].push(time(|| resolve::listed::resolve(&mut scratch, pairs, 1.0)));
         let mut scratch = discs.to_vec();
         samples[5].push(time(|| bare(&mut scratch, pairs)));
     }
@@ -113,19 +126,6 @@ fn bare(discs: &mut [Disc], pairs: &[(usize, usize)]) {
             let impulse = d * (approach / d.length_squared());
             discs[i].velocity += impulse;
             discs[j].velocity -= impulse;
-        }
-    }
-}
-
-/// The law of the exact methods for each listed pair, with twice the digits where they matter.
-fn law(discs: &mut [Disc], pairs: &[(usize, usize)]) {
-    let share = MassFractions::of(1.0, 1.0);
-    for &(i, j) in pairs {
-        let d = discs[j].position - discs[i].position;
-        let exchange = exchange(d, (discs[i].velocity, discs[j].velocity), 1.0, &share, true);
-        if exchange.along < 0.0 {
-            discs[i].velocity += exchange.by_a;
-            discs[j].velocity += exchange.by_b;
         }
     }
 }

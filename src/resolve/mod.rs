@@ -3,6 +3,7 @@
 //!
 //! [`pair`] is the law for two discs, in the form that loses no digits, [`precise`] the same in
 //! double-double; [`vector_method`] is the same law as the seven textbook steps, kept as its judge.
+//! [`listed`] applies it to a list of pairs, in its order.
 //! [`wall`] is the law for a wall, [`segment`] for a line segment.
 //! [`touching`] resolves many contacts that exist at the same
 //! instant, those that share discs by [`simultaneous`].
@@ -11,6 +12,8 @@
 pub mod pair;
 
 pub mod precise;
+
+pub mod listed;
 
 pub mod vector_method;
 

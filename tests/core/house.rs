@@ -86,6 +86,7 @@ fn borders_hold() {
             !has(&["unsafe {"])
                 || may(&[
                     "src/detect/fused.rs",
+                    "src/resolve/listed.rs",
                     "src/motion/events/lanes",
                     "src/motion/events/pages.rs",
                     "src/motion/near/lanes.rs",

@@ -3,7 +3,7 @@
 use carom::exact::{DoubleDouble, UNIT_ROUNDOFF};
 use carom::resolve::pair::{MassFractions, collide};
 use carom::resolve::touching::resolve;
-use carom::resolve::{vector_method, wall};
+use carom::resolve::{listed, vector_method, wall};
 use carom::world::{Disc, Side};
 use dashu_ratio::RBig;
 use glam::DVec2;
@@ -54,6 +54,68 @@ fn worked_by_hand() {
     assert!(impact.velocity_b.distance(DVec2::new(14.0 / 5.0, -5.0 + 56.0 / 15.0)) < 2e-15);
     assert!((impact.impulse - 28.0 / 3.0).abs() < 2e-15);
     assert_eq!(impact.energy_loss, 0.0);
+}
+
+/// What a list does to its discs must be what its pairs do one after the other.
+fn check_list(discs: &[Disc], pairs: &[(usize, usize)], restitution: f64) {
+    let (mut listed, mut portable, mut judged) = (discs.to_vec(), discs.to_vec(), discs.to_vec());
+    let count = listed::resolve(&mut listed, pairs, restitution);
+    assert_eq!(listed::without_fused_operations(&mut portable, pairs, restitution), count);
+    assert_eq!(listed, portable, "the same bits on every processor");
+    let mut expected = 0;
+    for &(i, j) in pairs {
+        let Some(impact) = collide(&judged[i], &judged[j], restitution) else { continue };
+        (judged[i].velocity, judged[j].velocity) = (impact.velocity_a, impact.velocity_b);
+        expected += 1;
+    }
+    assert_eq!(count, expected, "{discs:?}");
+    let speed = discs.iter().map(|disc| disc.velocity.length()).fold(0.0, f64::max);
+    for (a, b) in listed.iter().zip(&judged) {
+        assert!(a.velocity.distance(b.velocity) <= 1e-14 * pairs.len() as f64 * speed, "{discs:?}");
+        assert_eq!((a.position, a.id, a.mass), (b.position, b.id, b.mass));
+    }
+}
+
+#[test]
+fn listed_pairs_collide_in_their_order() {
+    let mut random = Random::new(8);
+    for _ in 0..10_000 {
+        let (a, b) = approaching_pair(&mut random);
+        let away = Disc { velocity: -a.velocity, ..a };
+        let c = Disc { mass: f64::INFINITY, ..a };
+        for pair in [[a, b], [away, b], [c, b], [b, c], [c, c]] {
+            check_list(&pair, &[(0, 1)], random.uniform(0.0, 1.0));
+        }
+    }
+    let row: Vec<Disc> = (0..9)
+        .map(|k| disc(k, [f64::from(k), 0.1 * f64::from(k % 3)], [0.0; 2], 0.5, 1.0))
+        .collect();
+    let with = |k: usize, velocity| {
+        let mut row = row.clone();
+        row[k].velocity = velocity;
+        row
+    };
+    let pairs: Vec<(usize, usize)> = (0..8).map(|k| (k, k + 1)).collect();
+    check_list(&with(0, DVec2::new(1.0, 0.3)), &pairs, 1.0);
+    check_list(&with(8, DVec2::new(-1.0, 0.3)), &pairs, 0.5);
+    check_list(&row, &pairs, 1.0);
+    check_list(&row, &[], 1.0);
+}
+
+#[test]
+fn listed_pairs_may_graze_coincide_and_be_extreme() {
+    let at = |x: f64, y: f64, vx: f64, vy: f64| disc(0, [x, y], [vx, vy], 0.5, 1.0);
+    for (a, b) in [
+        (at(0.0, 0.0, 1.0, 0.0), at(0.0, 1.0, 0.0, 0.0)),
+        (at(0.1, 0.2, 0.3, 0.4), at(0.1 + 0.3, 0.2 + 0.4, 0.3 - 0.4, 0.4 + 0.3)),
+        (at(0.0, 0.0, 1.0, 2.0), at(0.0, 0.0, 3.0, 4.0)),
+        (at(1e-180, 0.0, 1.0, 0.0), at(2e-180, 0.0, -1.0, 0.0)),
+        (at(0.0, 0.0, 1e200, 0.0), at(1.0, 0.0, -1e200, 1e190)),
+        (at(-1e170, 0.0, 1e-170, 0.0), at(1e170, 0.0, -1e-170, 0.0)),
+    ] {
+        check_list(&[a, b], &[(0, 1)], 1.0);
+        check_list(&[a, b], &[(1, 0)], 0.25);
+    }
 }
 
 #[test]
