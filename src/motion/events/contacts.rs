@@ -314,10 +314,10 @@ impl Events {
             self.fetch_cells(self.dues[partner].place);
         }
         if let Some((_, ahead)) = self.next_place(fourth) {
-            return self.fetch_flights::<U>(fourth, &ahead);
+            return self.fetch_flights::<U>(&ahead);
         }
         for k in [fourth, self.partner_or(&self.dues[fourth], fourth)] {
-            self.fetch_flights::<U>(k, &self.cells.around(self.dues[k].place));
+            self.fetch_flights::<U>(&self.cells.around(self.dues[k].place));
         }
     }
 
@@ -334,9 +334,9 @@ impl Events {
     }
 
     #[inline(always)]
-    fn fetch_flights<U: Unit>(&mut self, k: usize, block: &Block) {
+    fn fetch_flights<U: Unit>(&mut self, block: &Block) {
         let near = &mut self.near[0];
-        U::fetch_flights(self.cells.numbers(), &self.flights, block, k, near);
+        U::fetch_flights(self.cells.numbers(), &self.flights, block, near);
     }
 
     /// The disc that another is due to meet, or that other itself.

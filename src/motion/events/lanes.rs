@@ -10,7 +10,7 @@ mod vectors;
 
 use glam::DVec2;
 
-use super::cells::{Block, EMPTY, ROOM_MAX};
+use super::cells::{Block, ROOM_MAX};
 use super::{Events, Flight};
 use crate::motion::Witness;
 use crate::motion::plain::Stall;
@@ -37,9 +37,14 @@ pub struct Sight<'a> {
 }
 
 impl Sight<'_> {
-    /// The radius of who looks, or the sum of the radii where all are equal, m.
-    fn reach_of(&self, disc: usize) -> f64 {
-        if self.radii.is_empty() { self.reach } else { self.radii[disc] }
+    /// Square of the distance at which two discs touch, m^2.
+    #[inline(always)]
+    fn square_of(&self, disc: usize, with: u32) -> f64 {
+        if self.radii.is_empty() {
+            return self.square;
+        }
+        let reach = self.radii[disc] + self.radii[with as usize];
+        reach * reach
     }
 }
 
@@ -102,16 +107,14 @@ pub trait Unit {
     /// Whether masses are known to be equal too, and nothing to be lost.
     const ALIKE: bool;
 
-    /// Names in `near` the discs of a block but for one.
-    fn collect(numbers: &[u32], block: &Block, without: u32, near: &mut Near);
-
-    /// Names in `near` the discs of a block but for one, behind those named there already.
-    fn gather(numbers: &[u32], block: &Block, without: u32, near: &mut Near);
+    /// Names in `near` the discs of a block, behind those named there already.
+    fn gather(numbers: &[u32], block: &Block, near: &mut Near);
 
     /// The earliest meeting of a disc with those named in `near`.
     fn earliest_gathered(sight: &Sight, disc: usize, near: &mut Near) -> Meeting;
 
-    /// The earliest meeting of a disc with those of a block, which are named in `near`.
+    /// The earliest meeting of a disc with those of a block, which are named in `near`. It may be
+    /// one of them: nobody comes nearer to itself.
     fn earliest(sight: &Sight, block: &Block, disc: usize, near: &mut Near) -> Meeting;
 
     /// The same for two that look at once.
@@ -127,15 +130,12 @@ pub trait Unit {
 
     /// Asks for the flights of the discs of a block, which are named in `near`.
     #[inline(always)]
-    fn fetch_flights(
-        numbers: &[u32],
-        flights: &[Flight],
-        block: &Block,
-        disc: usize,
-        near: &mut Near,
-    ) {
-        Self::collect(numbers, block, disc as u32, near);
-        let (first, count) = (&near.discs[..8], near.count);
+    fn fetch_flights(numbers: &[u32], flights: &[Flight], block: &Block, near: &mut Near) {
+        near.clear();
+        Self::gather(numbers, block, near);
+        let count = near.count;
+        near.discs[count..count + 8].fill(0);
+        let first = &near.discs[..8];
         // A loop that is always as long is foreseen.
         first.iter().for_each(|&disc| prefetch(flights, disc as usize));
         if count > 8 {
@@ -191,8 +191,9 @@ pub struct Near {
     discs: [u32; NEAR_MAX + SLACK],
     /// When each is met, s.
     times: [f64; NEAR_MAX + SLACK],
-    /// Those that are looked at one by one.
-    pairs: Vec<Pair>,
+    /// Those that come nearer, and of these the ones that may meet: for who looks one by one.
+    nearing: [Nearing; NEAR_MAX + SLACK],
+    crossing: [Crossing; NEAR_MAX + SLACK],
 }
 
 /// Most discs of a block.
@@ -206,8 +207,13 @@ const SLACK: usize = 12;
 
 impl Default for Near {
     fn default() -> Self {
-        let (discs, times) = ([0; NEAR_MAX + SLACK], [f64::INFINITY; NEAR_MAX + SLACK]);
-        Self { count: 0, discs, times, pairs: Vec::new() }
+        Self {
+            count: 0,
+            discs: [0; NEAR_MAX + SLACK],
+            times: [f64::INFINITY; NEAR_MAX + SLACK],
+            nearing: [Nearing::default(); NEAR_MAX + SLACK],
+            crossing: [Crossing::default(); NEAR_MAX + SLACK],
+        }
     }
 }
 
@@ -326,47 +332,52 @@ impl<const BARE: bool, const ALIKE: bool> Unit for OneByOne<BARE, ALIKE> {
     const BARE: bool = BARE;
     const ALIKE: bool = ALIKE;
 
-    fn collect(numbers: &[u32], block: &Block, without: u32, near: &mut Near) {
-        near.clear();
-        Self::gather(numbers, block, without, near);
-    }
-
-    fn gather(numbers: &[u32], block: &Block, without: u32, near: &mut Near) {
+    fn gather(numbers: &[u32], block: &Block, near: &mut Near) {
+        let mut count = near.count;
         for row in block.rows() {
-            for &disc in &numbers[row] {
-                near.discs[near.count] = disc;
-                near.count += usize::from(disc != EMPTY && disc != without);
+            for four in numbers[row].as_chunks::<4>().0 {
+                near.discs[count..count + 4].copy_from_slice(four);
+                count += four.iter().map(|number| 1 - (number >> 31)).sum::<u32>() as usize;
             }
         }
+        near.count = count;
     }
 
     fn earliest(sight: &Sight, block: &Block, disc: usize, near: &mut Near) -> Meeting {
-        Self::collect(sight.numbers, block, disc as u32, near);
+        near.clear();
+        Self::gather(sight.numbers, block, near);
         Self::earliest_gathered(sight, disc, near)
     }
 
     /// In three rounds, of which each keeps some without a branch: half of all come nearer, half of
     /// these meet.
     fn earliest_gathered(sight: &Sight, disc: usize, near: &mut Near) -> Meeting {
-        let count = near.count;
-        near.pairs.resize(count, Pair::default());
-        let pairs = &mut near.pairs[..];
         let mut nearing = 0;
-        for (place, &with) in near.discs[..count].iter().enumerate() {
-            let pair = Pair { place, ..Pair::of(sight, disc, with) };
-            pairs[nearing] = pair;
-            nearing += usize::from(pair.b < 0.0);
+        for (place, &with) in near.discs[..near.count].iter().enumerate() {
+            near.nearing[nearing] = Nearing { place, ..Nearing::of(sight, disc, with) };
+            nearing += usize::from(near.nearing[nearing].b < 0.0);
         }
-        let mut meeting = 0;
-        for at in 0..nearing {
-            let pair = pairs[at].with_root();
-            pairs[meeting] = pair;
-            meeting += usize::from(pair.root >= 0.0);
+        let mut crossing = 0;
+        for pair in &near.nearing[..nearing] {
+            let with = near.discs[pair.place];
+            near.crossing[crossing] = Crossing::of(pair, sight.square_of(disc, with));
+            crossing += usize::from(near.crossing[crossing].root >= 0.0);
         }
-        let times = &mut near.times[..count];
-        times.fill(f64::INFINITY);
-        pairs[..meeting].iter().for_each(|pair| times[pair.place] = pair.time(sight.now));
-        Meeting::earliest(&near.discs[..count], times, sight.instant)
+        if !BARE {
+            near.times[..near.count].fill(f64::INFINITY);
+        }
+        let (mut found, crossing) = (NOBODY, &mut near.crossing[..crossing]);
+        for Crossing { place, time, .. } in crossing.iter_mut().map(|met| met.at(sight.now)) {
+            if !BARE {
+                near.times[*place] = *time;
+            }
+            if *time < found.time {
+                (found.time, found.with) = (*time, near.discs[*place]);
+            }
+        }
+        let latest = found.time + sight.instant;
+        let tied = crossing.iter().filter(|met| met.time <= latest).count() > 1;
+        Meeting { tie: tied && found.time < f64::INFINITY, ..found }
     }
 }
 
@@ -375,27 +386,24 @@ const WHOLE: f64 = 1.5 * (1u64 << 52) as f64;
 
 /// When a disc meets another, s.
 pub fn meeting(sight: &Sight, disc: usize, with: usize) -> Option<f64> {
-    let pair = Pair::of(sight, disc, with as u32);
-    let pair = (pair.b < 0.0).then(|| pair.with_root())?;
-    (pair.root >= 0.0).then(|| pair.time(sight.now))
+    let pair = Nearing::of(sight, disc, with as u32);
+    let square = sight.square_of(disc, with as u32);
+    let mut met = (pair.b < 0.0).then(|| Crossing::of(&pair, square))?;
+    (met.root >= 0.0).then(|| met.at(sight.now).time)
 }
 
 /// A disc as another one sees it.
 #[derive(Clone, Copy, Debug, Default)]
-struct Pair {
-    /// Where it stands among those that are near.
-    place: usize,
+struct Nearing {
     d: DVec2,
     w: DVec2,
-    /// Square of the distance at contact, m^2.
-    s2: f64,
     /// `d.w`: below 0 they come nearer.
     b: f64,
-    /// What the time of contact is a root of: below 0 they pass each other.
-    root: f64,
+    /// Where the disc stands among those that are near.
+    place: usize,
 }
 
-impl Pair {
+impl Nearing {
     #[inline(always)]
     fn of(sight: &Sight, disc: usize, with: u32) -> Self {
         let (own, other) = (&sight.flights[disc], &sight.flights[with as usize]);
@@ -404,22 +412,37 @@ impl Pair {
         if let Some(wrap) = sight.wrap {
             d = wrap.nearest(d);
         }
-        let radius = if sight.radii.is_empty() { 0.0 } else { sight.radii[with as usize] };
-        let reach = sight.reach_of(disc) + radius;
-        Self { place: 0, d, w, s2: reach * reach, b: d.x * w.x + d.y * w.y, root: 0.0 }
+        Self { d, w, b: d.x * w.x + d.y * w.y, place: 0 }
     }
+}
 
+/// What the time of contact of two that come nearer is made of.
+#[derive(Clone, Copy, Debug, Default)]
+struct Crossing {
+    /// Below 0 they pass each other.
+    root: f64,
+    b: f64,
+    c: f64,
+    /// As in [`Nearing`].
+    place: usize,
+    /// When they meet, s.
+    time: f64,
+}
+
+impl Crossing {
+    /// `square`: of the distance at contact, m^2.
     #[inline(always)]
-    fn with_root(self) -> Self {
-        let Self { d, w, s2, .. } = self;
+    fn of(&Nearing { d, w, b, place }: &Nearing, square: f64) -> Self {
         let cross = d.x * w.y - d.y * w.x;
-        Self { root: s2 * (w.x * w.x + w.y * w.y) - cross * cross, ..self }
+        let root = square * (w.x * w.x + w.y * w.y) - cross * cross;
+        let c = (d.x * d.x + d.y * d.y - square).max(0.0);
+        Self { root, b, c, place, time: 0.0 }
     }
 
     #[inline(always)]
-    fn time(&self, now: f64) -> f64 {
-        let c = (self.d.x * self.d.x + self.d.y * self.d.y - self.s2).max(0.0);
-        now + c / (self.root.sqrt() - self.b)
+    fn at(&mut self, now: f64) -> &Self {
+        self.time = now + self.c / (self.root.sqrt() - self.b);
+        self
     }
 }
 

@@ -327,7 +327,7 @@ impl Events {
         self.list_blocks(k, &mut blocks);
         let is_searched = level > 0 && !self.levels.hollow[k];
         let (mut found, mut filled) = (NOBODY, false);
-        self.gather::<U>(k, &blocks, |arena| {
+        self.gather::<U>(&blocks, |arena| {
             let meeting = arena.earliest_gathered::<U>(k);
             found = earlier(found, meeting, arena.same_instant);
             filled |= is_searched && arena.is_filled(k);
@@ -382,15 +382,9 @@ impl Events {
         self.levels.write(&self.cells, k, centre, radius);
     }
 
-    /// Gathers who is in the blocks, but for one disc, and calls when all are or there is no room
-    /// for more.
+    /// Gathers who is in the blocks, and calls when all are or there is no room for more.
     #[inline(always)]
-    fn gather<U: Unit>(
-        &mut self,
-        k: usize,
-        blocks: &[(usize, Block)],
-        mut act: impl FnMut(&mut Self),
-    ) {
+    fn gather<U: Unit>(&mut self, blocks: &[(usize, Block)], mut act: impl FnMut(&mut Self)) {
         self.near[0].clear();
         for &(level, block) in blocks {
             if !self.near[0].has_room(block.count()) {
@@ -398,9 +392,9 @@ impl Events {
                 self.near[0].clear();
             }
             let cells = self.levels.grid(&self.cells, level);
-            U::gather(cells.numbers(), &block, k as u32, &mut self.near[0]);
+            U::gather(cells.numbers(), &block, &mut self.near[0]);
             if cells.is_spilled() {
-                let beyond: Vec<u32> = cells.beyond(&block).filter(|&l| l != k as u32).collect();
+                let beyond: Vec<u32> = cells.beyond(&block).collect();
                 for disc in beyond {
                     if !self.near[0].has_room(1) {
                         act(self);
@@ -452,7 +446,7 @@ impl Events {
     pub(super) fn discs_on_levels_near<U: Unit>(&mut self, k: usize) -> Vec<usize> {
         let (mut blocks, mut discs) = (Vec::new(), Vec::new());
         self.list_blocks(k, &mut blocks);
-        self.gather::<U>(k, &blocks, |arena| {
+        self.gather::<U>(&blocks, |arena| {
             discs.extend(arena.near[0].discs().iter().map(|&other| other as usize));
         });
         discs
@@ -507,7 +501,7 @@ impl Events {
         blocks.push((0, ahead));
         self.list_coarser(k, &mut blocks);
         let mut found = NOBODY;
-        self.gather::<U>(k, &blocks, |arena| {
+        self.gather::<U>(&blocks, |arena| {
             let meeting = arena.earliest_gathered::<U>(k);
             found = earlier(found, meeting, arena.same_instant);
         });

@@ -231,7 +231,8 @@ impl Events {
             return self.discs_on_levels_near::<U>(k);
         }
         let block = self.cells.around(self.dues[k].place);
-        U::collect(self.cells.numbers(), &block, k as u32, &mut self.near[0]);
+        self.near[0].clear();
+        U::gather(self.cells.numbers(), &block, &mut self.near[0]);
         let near = self.near[0].discs().iter().copied().chain(self.cells.beyond(&block));
         near.filter(|&other| other != k as u32).map(|other| other as usize).collect()
     }

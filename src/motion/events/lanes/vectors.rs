@@ -16,15 +16,9 @@ impl<const BARE: bool, const ALIKE: bool> Unit for Four<BARE, ALIKE> {
     const ALIKE: bool = ALIKE;
 
     #[inline(always)]
-    fn collect(numbers: &[u32], block: &Block, without: u32, near: &mut Near) {
+    fn gather(numbers: &[u32], block: &Block, near: &mut Near) {
         // SAFETY: reached only through the functions below.
-        unsafe { collect(numbers, block, without, near) };
-    }
-
-    #[inline(always)]
-    fn gather(numbers: &[u32], block: &Block, without: u32, near: &mut Near) {
-        // SAFETY: reached only through the functions below.
-        unsafe { collect_rows::<0>(numbers, block, without, near, near.count) };
+        unsafe { collect_rows::<0>(numbers, block, near, near.count) };
     }
 
     #[inline(always)]
@@ -183,44 +177,14 @@ fn deflect(flight: &mut Flight, now: f64, by: DVec2) {
     }
 }
 
-/// Where each of the four bytes of the numbers to be kept comes from, by which are to be
-/// dropped.
-static KEPT: Kept = {
-    let mut kept = Kept { from: [[0x80; 16]; 16], count: [0; 16] };
-    let mut dropped = 0;
-    while dropped < 16 {
-        let (mut from, mut to) = (0, 0);
-        while from < 4 {
-            if dropped & (1 << from) == 0 {
-                let mut byte = 0;
-                while byte < 4 {
-                    kept.from[dropped][4 * to + byte] = (4 * from + byte) as u8;
-                    byte += 1;
-                }
-                to += 1;
-            }
-            from += 1;
-        }
-        kept.count[dropped] = to as u8;
-        dropped += 1;
-    }
-    kept
-};
-
-#[repr(align(16))]
-struct Kept {
-    from: [[u8; 16]; 16],
-    count: [u8; 16],
-}
-
 /// Returns the largest disc that was named.
 #[target_feature(enable = "avx2,fma,popcnt,bmi1")]
 #[inline]
-fn collect(numbers: &[u32], block: &Block, without: u32, near: &mut Near) -> u32 {
+fn collect(numbers: &[u32], block: &Block, near: &mut Near) -> u32 {
     match block.width {
-        12 => collect_rows::<3>(numbers, block, without, near, 0),
-        24 => collect_rows::<6>(numbers, block, without, near, 0),
-        _ => collect_rows::<0>(numbers, block, without, near, 0),
+        12 => collect_rows::<3>(numbers, block, near, 0),
+        24 => collect_rows::<6>(numbers, block, near, 0),
+        _ => collect_rows::<0>(numbers, block, near, 0),
     }
 }
 
@@ -231,14 +195,12 @@ fn collect(numbers: &[u32], block: &Block, without: u32, near: &mut Near) -> u32
 fn collect_rows<const FOURS: usize>(
     numbers: &[u32],
     block: &Block,
-    without: u32,
     near: &mut Near,
     before: usize,
 ) -> u32 {
     let fours = if FOURS == 0 { block.width / 4 } else { FOURS };
     assert!(block.end() <= numbers.len() && block.count() <= BLOCK_MAX);
     assert!(before + block.count() <= NEAR_MAX);
-    let without = _mm_set1_epi32(without as i32);
     let mut largest = _mm_setzero_si128();
     let (mut start, mut count) = (block.start, before);
     for _ in 0..block.rows {
@@ -246,14 +208,11 @@ fn collect_rows<const FOURS: usize>(
             // SAFETY: the block ends before the numbers do, and there is room for all of it.
             unsafe {
                 let discs = _mm_loadu_si128(numbers.as_ptr().add(start + 4 * four).cast());
-                // Of all numbers in cells only EMPTY has the highest bit.
-                let drop = _mm_or_si128(discs, _mm_cmpeq_epi32(discs, without));
-                let dropped = _mm_movemask_ps(_mm_castsi128_ps(drop)) as usize & 15;
-                let from = _mm_load_si128(KEPT.from[dropped].as_ptr().cast());
-                let kept = _mm_shuffle_epi8(discs, from);
-                largest = _mm_max_epu32(largest, kept);
-                _mm_storeu_si128(near.discs.as_mut_ptr().add(count).cast(), kept);
-                count += KEPT.count[dropped] as usize;
+                _mm_storeu_si128(near.discs.as_mut_ptr().add(count).cast(), discs);
+                // Of all numbers in cells only EMPTY has the highest bit, and it stands last.
+                largest = _mm_max_epi32(largest, discs);
+                let empty = _mm_movemask_ps(_mm_castsi128_ps(discs));
+                count += 4 - empty.count_ones() as usize;
             }
         }
         start += block.stride;
@@ -330,7 +289,7 @@ fn earliest<const WRAP: bool, const EQUAL: bool>(
     disc: usize,
     near: &mut Near,
 ) -> Meeting {
-    let largest = collect(sight.numbers, block, disc as u32, near);
+    let largest = collect(sight.numbers, block, near);
     let groups = near.count.div_ceil(4).max(1);
     let best = note_times::<WRAP, EQUAL>(sight, disc, near, largest, groups);
     choose(best, near, groups, sight.instant)
@@ -358,8 +317,8 @@ fn earliest_of_two<const WRAP: bool, const EQUAL: bool>(
     discs: [usize; 2],
     [near_a, near_b]: &mut [Near; 2],
 ) -> [Meeting; 2] {
-    let largest_a = collect(sight.numbers, &blocks[0], discs[0] as u32, near_a);
-    let largest_b = collect(sight.numbers, &blocks[1], discs[1] as u32, near_b);
+    let largest_a = collect(sight.numbers, &blocks[0], near_a);
+    let largest_b = collect(sight.numbers, &blocks[1], near_b);
     // A loop that is mostly as long is foreseen: two fours are mostly enough.
     let groups_a = near_a.count.div_ceil(4).max(2);
     let groups_b = near_b.count.div_ceil(4).max(2);
