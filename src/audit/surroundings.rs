@@ -10,8 +10,6 @@
 //!
 //! Never call anything lawful or a violation here.
 
-use std::collections::HashSet;
-
 use super::Options;
 use super::flight::{Flight, Span};
 use super::verdict::Court;
@@ -86,11 +84,9 @@ impl Surroundings {
         if self.commanded.is_empty() && pairs.is_empty() {
             return Vec::new();
         }
-        // Mostly there are no such meetings.
-        let ids = all.iter().filter(|_| !pairs.is_empty()).map(|flight| flight.before.id);
-        let ids: HashSet<DiscId> = ids.collect();
+        let is_sampled = |id: DiscId| all.iter().any(|flight| flight.before.id == id);
         let met = |id: DiscId| {
-            pairs.iter().any(|&[a, b]| a == id && !ids.contains(&b) || b == id && !ids.contains(&a))
+            pairs.iter().any(|&[a, b]| a == id && !is_sampled(b) || b == id && !is_sampled(a))
         };
         let is_unbound = |id: DiscId| self.commanded.contains(&id) || met(id);
         (0..all.len()).filter(|&k| is_unbound(all[k].before.id)).collect()

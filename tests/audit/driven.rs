@@ -48,28 +48,23 @@ impl<'a> Recorded<'a> {
 
     /// Runs a scene whose first two pucks are told 30 times a second to go to each other.
     fn run(scene: &'a Scene) -> Self {
-        let mut recorded = Self::new(scene);
-        for k in 0..SAMPLES {
-            let sample = f64::from(k) / 60.0;
-            if k % 2 == 1 {
-                // Commands come between the ticks.
-                recorded.advance(&[], sample - 0.007);
-                recorded.chase(k, sample - 0.007);
-            }
-            recorded.sample(sample);
-        }
-        recorded
+        Self::sampled(scene, 2, |recorded, k, now| recorded.chase(k, now))
     }
 
     /// Runs a scene in which somebody reports a circle that goes round about a place, 20 times a
     /// second.
     fn visited(scene: &'a Scene, about: DVec2) -> Self {
+        Self::sampled(scene, 3, |recorded, _, now| recorded.visit(about, now))
+    }
+
+    /// Runs a scene in which something happens before every so many samples, between the ticks.
+    fn sampled(scene: &'a Scene, every: u32, act: impl Fn(&mut Self, u32, f64)) -> Self {
         let mut recorded = Self::new(scene);
         for k in 0..SAMPLES {
             let sample = f64::from(k) / 60.0;
-            if k % 3 == 1 {
+            if k % every == 1 {
                 recorded.advance(&[], sample - 0.007);
-                recorded.visit(about, sample - 0.007);
+                act(&mut recorded, k, sample - 0.007);
             }
             recorded.sample(sample);
         }
@@ -241,8 +236,8 @@ fn what_is_unlawful_far_from_commands_or_circles_of_others_is_found_in_the_same_
 fn pucks_that_meet_circles_of_others_do_nothing_unlawful() {
     let folder = folder("visited");
     let scene = Scene::load("arena").expect("shipped");
-    let whole = Recorded::visited(&scene, DVec2::new(2.0, 1.5)).frames;
     let mut recorded = Recorded::visited(&scene, DVec2::new(2.0, 1.5));
+    let whole = recorded.frames.clone();
     let mut unlawful = [0; 2];
     // The fewer samples, the more contacts of others fall on those of circles.
     for every in [1, 3, 6] {
