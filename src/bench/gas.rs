@@ -97,13 +97,18 @@ impl Gas {
 }
 
 /// Compressibility factors by area fraction: the virial series (Clisby, McCoy,
-/// doi:10.1007/s10955-005-8080-0) up to 0.4, 870 discs (Li et al., doi:10.1063/5.0126437) above.
-const FACTORS: [(f64, f64); 10] = [
+/// doi:10.1007/s10955-005-8080-0) up to 0.6, from 0.45 on with what its ratios make of the rest
+/// (0.15 % at most), 870 discs (Li et al., doi:10.1063/5.0126437) above.
+const FACTORS: [(f64, f64); 14] = [
     (0.05, 1.10838774),
     (0.1, 1.23614364),
     (0.2, 1.57036618),
     (0.3, 2.06326214),
     (0.4, 2.82937526),
+    (0.45, 3.3805),
+    (0.5, 4.1063),
+    (0.55, 5.0874),
+    (0.6, 6.457),
     (0.67, 9.36233881),
     (0.676, 9.64956101),
     (0.68, 9.83276112),
@@ -129,9 +134,11 @@ fn factor(area_fraction: f64) -> Option<f64> {
     let simple = |eta: f64| 1.0 / (1.0 - 2.0 * eta + SQUARE * eta * eta);
     let correction = |(eta, factor): (f64, f64)| (factor - 1.0) / (simple(eta) - 1.0);
     let after = FACTORS.iter().position(|&(eta, _)| area_fraction <= eta)?;
-    let (high, low) = (FACTORS[after], FACTORS[after.saturating_sub(1)]);
-    let part = if after == 0 { 0.0 } else { (area_fraction - low.0) / (high.0 - low.0) };
-    let correction = correction(low) + part * (correction(high) - correction(low));
+    let at = |k: usize| (FACTORS[k].0, correction(FACTORS[k]));
+    // Of a few discs the equation is right.
+    let (high, low) = (at(after), after.checked_sub(1).map_or((0.0, 1.0), at));
+    let part = (area_fraction - low.0) / (high.0 - low.0);
+    let correction = low.1 + part * (high.1 - low.1);
     Some(1.0 + correction * (simple(area_fraction) - 1.0))
 }
 
