@@ -4,7 +4,8 @@
 use crate::common::{Random, box_settings, disc, energy, gas, momentum};
 use carom::motion::events::{Events, Lanes};
 use carom::motion::plain::{Laws, Plain};
-use carom::plan::Plan;
+use carom::plan::parts::Parts;
+use carom::plan::{Method, Plan};
 use carom::world::{Contact, Disc, Owner, Partner, Periodic, Settings};
 use glam::DVec2;
 
@@ -118,6 +119,37 @@ fn agrees_with_the_plain_method_in_a_periodic_box() {
         let discs = gas(seed, 80, 14.0, (0.3, 0.5), (0.5, 2.0));
         let settings = Settings { restitution: 0.9, ..periodic(14.0) };
         check("mixed", &settings, &discs, 8.0);
+    }
+}
+
+/// Discs that fly past half the box between two looks must meet the image that they come to.
+#[test]
+fn discs_of_dilute_gases_meet_the_right_image() {
+    for (count, side, height) in
+        [(9, 19.0, 19.0), (20, 40.0, 40.0), (30, 34.0, 34.0), (60, 20.0, 300.0)]
+    {
+        for seed in 0..2 {
+            let mut discs = gas(seed, count, side, (0.5, 0.5), (1.0, 1.0));
+            discs.iter_mut().for_each(|disc| disc.position.y *= height / side);
+            let periodic = Periodic { min: DVec2::ZERO, max: DVec2::new(side, height) };
+            let settings = Settings { periodic: Some(periodic), ..Settings::default() };
+            let laws = laws(&settings, &discs);
+            let mut arena = Events::new(laws, &discs);
+            let mut whole = Events::with(
+                laws,
+                &discs,
+                Parts::needed(&laws, &discs).and(Parts::that_can_be_forced(Method::Events, &laws)),
+            );
+            while arena.contacts() < 60_000 {
+                let until = arena.now() + 100.0;
+                arena.pass(until).expect("no stall");
+                whole.pass(until).expect("no stall");
+            }
+            assert!(arena.largest_overlap() < 1e-9, "{count} {side} {}", arena.largest_overlap());
+            assert!(arena.discs(Owner::Simulated).eq(whole.discs(Owner::Simulated)), "{count}");
+        }
+        let discs = gas(7, count, side, (0.3, 0.5), (0.5, 2.0));
+        check("dilute", &periodic(side), &discs, 40.0 * side);
     }
 }
 

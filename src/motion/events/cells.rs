@@ -174,6 +174,12 @@ impl Cells {
     fn laid_out(needs: &Needs, lines: DVec2, margin: f64, size: usize) -> Self {
         let (columns, rows) = (lines.x as u16, lines.y as u16);
         let width = (needs.max - needs.min) / lines;
+        if let Border::Periodic(periodic) = needs.border
+            && lines.min_element() >= 5.0
+        {
+            let apart = 2.0 * (width + margin);
+            assert!(apart.cmplt(0.5 * periodic.size()).all(), "one image within two cells");
+        }
         let count = (usize::from(columns) + 2) * (usize::from(rows) + 2);
         let mut numbers = pages::with_room_for(count * size);
         numbers.resize(count * size, EMPTY);
@@ -416,6 +422,10 @@ fn edges(min: f64, width: f64, lines: u16, margin: f64, is_closed: bool) -> Vec<
     (0..=lines + 1).map(edges).collect()
 }
 
+/// Side of a periodic box, in diameters, below which five cells and their margins are narrow
+/// enough: `2 (w + m) < L / 2` with `w = L / 5` and `m = (w - d) / 2`.
+const FIVE_BELOW: f64 = 9.9;
+
 /// Least width of a cell and margin, m, as measured with `carom bench gas`: so wide that a cell
 /// holds a disc and a quarter, which trades discs that are looked at for changes of cells; but
 /// where that is close to a width at which no five discs fit into one, that.
@@ -425,8 +435,12 @@ pub fn widths(needs: &Needs) -> (f64, f64) {
         width = width.min(BEST_WITH_FOUR.0 * needs.diameter);
     }
     if let Border::Periodic(periodic) = needs.border {
-        // Five of them, or a disc could meet two images of another.
-        width = width.min(periodic.size().min_element() / 5.0 * (1.0 - 1e-8));
+        // Discs of cells side by side are up to two widths and two margins apart: were that more
+        // than half the box, another image than the one they may meet could be the nearer one. Six
+        // of them are narrow enough for that, and five where that leaves little margin.
+        let side = periodic.size().min_element();
+        let fewest = if side < FIVE_BELOW * needs.diameter { 5.0 } else { 6.0 };
+        width = width.min(side / fewest * (1.0 - 1e-8));
     }
     let width = width.max(needs.diameter);
     let margin = 0.5 * (width - needs.diameter);
