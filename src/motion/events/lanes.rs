@@ -336,6 +336,7 @@ impl<const BARE: bool, const ALIKE: bool> Unit for OneByOne<BARE, ALIKE> {
         let mut count = near.count;
         for row in block.rows() {
             for four in numbers[row].as_chunks::<4>().0 {
+                // Of all numbers in cells only EMPTY has the highest bit, and it stands last.
                 near.discs[count..count + 4].copy_from_slice(four);
                 count += four.iter().map(|number| 1 - (number >> 31)).sum::<u32>() as usize;
             }
