@@ -367,22 +367,16 @@ impl Cells {
 
     fn remove_at(&mut self, start: usize, disc: u32) {
         let cell = &mut self.numbers[start..start + self.size];
-        let (at, end) = (first_place(cell, disc), first_place(cell, EMPTY).min(self.size));
-        if !self.beyond.is_empty() && self.beyond.contains_key(&start) {
-            return self.remove_from_full(start, disc);
-        }
-        if at < end {
-            cell[at] = cell[end - 1];
-            cell[end - 1] = EMPTY;
-        }
-    }
-
-    /// Of a cell that has discs beyond it one fills the place.
-    #[cold]
-    fn remove_from_full(&mut self, start: usize, disc: u32) {
-        let cell = &mut self.numbers[start..start + self.size];
-        let Some(beyond) = self.beyond.get_mut(&start) else { return };
-        match cell.iter_mut().find(|held| **held == disc) {
+        let at = first_place(cell, disc);
+        let Some(beyond) = self.beyond.get_mut(&start) else {
+            let end = first_place(cell, EMPTY).min(self.size);
+            if at < end {
+                cell[at] = cell[end - 1];
+                cell[end - 1] = EMPTY;
+            }
+            return;
+        };
+        match cell.get_mut(at) {
             Some(held) => *held = beyond.pop().unwrap_or(EMPTY),
             None => beyond.retain(|&other| other != disc),
         }
