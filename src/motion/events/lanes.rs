@@ -24,9 +24,7 @@ pub struct Sight<'a> {
     pub flights: &'a [Flight],
     /// Their radii, m; empty where all are equal.
     pub radii: &'a [f64],
-    /// The sum of two radii, m, where all are equal.
-    pub reach: f64,
-    /// Its square, m^2.
+    /// The square of the sum of two radii, m^2, where all are equal.
     pub square: f64,
     /// The present, s.
     pub now: f64,

@@ -19,7 +19,6 @@ macro_rules! sight {
             numbers: $arena.cells.numbers(),
             flights: &$arena.flights,
             radii: $arena.radii.own(),
-            reach: $arena.reach,
             square: $arena.reach * $arena.reach,
             now: $arena.now,
             wrap: if $beyond_border || $arena.wrap_inside { $arena.wrap } else { None },

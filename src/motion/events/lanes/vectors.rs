@@ -343,7 +343,8 @@ fn note_times<const WRAP: bool, const EQUAL: bool>(
     let is_there = largest < sight.flights.len() && (EQUAL || largest < sight.radii.len());
     assert!(is_there && count <= NEAR_MAX && groups <= (count + 8) / 4);
     let own = &sight.flights[disc];
-    let reach = if EQUAL { sight.reach } else { sight.radii[disc] };
+    // Where all are equal the square says all.
+    let reach = if EQUAL { 0.0 } else { sight.radii[disc] };
     let looker = Looker {
         x: _mm256_set1_pd(own.x),
         y: _mm256_set1_pd(own.y),
